@@ -1,0 +1,1 @@
+//! The C boundary: the only room with `unsafe`, one file per C noun, no algorithm.

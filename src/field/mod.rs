@@ -1,0 +1,1 @@
+//! The slenderness field of a part: D1, D2, ratio, summary and histograms.

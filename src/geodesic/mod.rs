@@ -1,0 +1,1 @@
+//! D1: geodesic distances by the heat method, and the farthest distance of every vertex.

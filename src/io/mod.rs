@@ -1,0 +1,1 @@
+//! Mesh files to raw buffers, and results to coloured PLY. No geometry here.

@@ -1,0 +1,1 @@
+//! Triangle meshes: everything that only looks at triangles.

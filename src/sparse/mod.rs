@@ -1,0 +1,1 @@
+//! Sparse operators and their factorisation.

@@ -6,6 +6,7 @@
 
 pub mod diagnostics;
 pub mod input;
+pub mod intrinsic;
 pub mod measure;
 pub mod topology;
 

@@ -9,11 +9,12 @@
 //! eccentricity distribution of large graphs", Algorithms 6 (2013), on surfaces). Heat distances are not quite symmetric,
 //! so the bounds are padded by the asymmetry that the sources show among themselves.
 
-use super::heat::{BLOCK, HeatSolver};
+use super::heat::HeatSolver;
 use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, distance};
+use crate::sparse::LANES;
 
 /// How many distance fields to spend.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +44,7 @@ pub struct Eccentricity {
 }
 
 /// Smallest and largest number of columns of sources between two looks at the bounds.
-const ROUND: (usize, usize) = (BLOCK, 8 * BLOCK);
+const ROUND: (usize, usize) = (LANES, 8 * LANES);
 
 /// Eccentricity of every vertex of the solver's surface. `positions` of its vertices, in model units, serve to spread
 /// the sources of one round.

@@ -1,1 +1,4 @@
 //! Triangle meshes: everything that only looks at triangles.
+
+pub mod intrinsic;
+pub mod surface;

@@ -75,7 +75,8 @@ impl AnalysisSurface {
         job: &Job,
     ) -> Result<AnalysisSurface> {
         let spacing = spacing(positions, triangles, options)?;
-        let bytes = 200 * (positions.len() + triangles.len() + options.max_added.min(2 * options.target_vertices)) as u64;
+        let bytes =
+            200 * (positions.len() + triangles.len() + options.max_added.min(2 * options.target_vertices)) as u64;
         job.afford(bytes, "refining the surface")?;
         let sites = sites::lay_out(positions, triangles, spacing, options.max_added, job)?;
         let mut out = AnalysisSurface::unrefined(positions, triangles)?;

@@ -1,7 +1,7 @@
 //! Where vertices are added: points at a spacing of about h that cover the surface, on edges and inside faces.
 //!
 //! Greedy packing: candidates are offered in a fixed order and taken if no vertex or taken point of the same sheet lies
-//! within [`PACKING`] h. Order: open and non-manifold edges, all other edges (the longest first, evenly spaced by h),
+//! within [`PACKING`] h. Order: open and non-manifold edges (taken unseen: no flip mends what is beside them), all other edges (the longest first, evenly spaced by h),
 //! a triangular lattice of spacing h inside every face, and at last edges again at a third of the spacing, which fills what
 //! bundles of slivers left open. The number of points follows from area and h alone, never from the number or shape of
 //! the triangles.
@@ -113,9 +113,21 @@ pub(super) fn lay_out(
         // Candidates are bounded as well as points: total length over spacing could be anything.
         let total: f64 = order.iter().map(|&e| edges[e as usize].length).sum();
         let step = h.max(total / (CANDIDATES * limit) as f64);
-        packing.along_edges(positions, &edges, &order, step, job)?;
+        // Edges that no flip can touch are divided evenly, whatever lies beside them, unless there are very many.
+        let fixed = order.iter().take_while(|e| !regular(e)).count();
+        let fixed_length: f64 = order[..fixed].iter().map(|&e| edges[e as usize].length).sum();
+        packing.crowded = fixed_length < 0.25 * limit as f64 * step;
+        packing.along_edges(positions, &edges, &order[..fixed], step, job)?;
+        packing.crowded = false;
+        packing.along_edges(positions, &edges, &order[fixed..], step, job)?;
         packing.inside_faces(positions, triangles, &normals, h, job)?;
-        packing.along_edges(positions, &edges, &order, step.max(3.0 * total / (CANDIDATES * limit) as f64) / 3.0, job)?;
+        packing.along_edges(
+            positions,
+            &edges,
+            &order,
+            step.max(3.0 * total / (CANDIDATES * limit) as f64) / 3.0,
+            job,
+        )?;
     }
     Ok(Sites {
         on_edges: Groups::new(edges.len(), packing.on_edges)?,
@@ -163,6 +175,8 @@ struct Packing {
     limit: usize,
     spacing: f64,
     radius: f64,
+    /// Take points without looking for others.
+    crowded: bool,
     cell: f64,
     heads: Vec<u32>,
     occupants: Vec<Occupant>,
@@ -180,6 +194,7 @@ impl Packing {
             limit,
             spacing,
             radius,
+            crowded: false,
             cell: 2.0 * radius,
             heads: Vec::new(),
             occupants: Vec::new(),
@@ -243,7 +258,7 @@ impl Packing {
 
     /// Takes a point if there is room for it and returns its vertex.
     fn offer(&mut self, at: [f64; 3], normal: [f64; 3], face: u32) -> Option<u32> {
-        if self.points.len() >= self.limit || !self.is_free(at, normal) {
+        if self.points.len() >= self.limit || !(self.crowded || self.is_free(at, normal)) {
             return None;
         }
         self.enter(at, normal);
@@ -334,7 +349,9 @@ impl Packing {
                     }
                     let weight = bary.map(|b| b as f64 / UNIT as f64);
                     let at = [0, 1, 2].map(|i| {
-                        corners[0][i] + weight[1] * (corners[1][i] - corners[0][i]) + weight[2] * (corners[2][i] - corners[0][i])
+                        corners[0][i]
+                            + weight[1] * (corners[1][i] - corners[0][i])
+                            + weight[2] * (corners[2][i] - corners[0][i])
                     });
                     if let Some(vertex) = self.offer(at, normals[f], f as u32) {
                         self.inside.push((f as u32, Inside { vertex, bary: [bary[1], bary[2]] }));

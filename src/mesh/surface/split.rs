@@ -153,9 +153,8 @@ impl Cutter {
 
     /// Splits the side `k` of `cell` at `p`, and the cell across if there is one.
     fn split_side(&mut self, cell: u32, k: usize, p: u32) {
-        let rotate = |c: Cell, k: usize| {
-            ([0, 1, 2].map(|i| c.corners[(k + i) % 3]), [0, 1, 2].map(|i| c.across[(k + i) % 3]))
-        };
+        let rotate =
+            |c: Cell, k: usize| ([0, 1, 2].map(|i| c.corners[(k + i) % 3]), [0, 1, 2].map(|i| c.across[(k + i) % 3]));
         let ([a, b, c], [other, bc, ca]) = rotate(self.cells[cell as usize], k);
         let i = self.cells.len() as u32;
         // The cell becomes (c, a, p), its new sibling (b, c, p).

@@ -8,6 +8,7 @@ pub mod diagnostics;
 pub mod input;
 pub mod intrinsic;
 pub mod measure;
+pub mod surface;
 pub mod topology;
 
 #[cfg(test)]

@@ -83,6 +83,12 @@ impl RayMesh {
         to_unit(p, self.centre, self.scale)
     }
 
+    /// A point of the tree in the caller's coordinates.
+    #[inline(always)]
+    pub(super) fn to_caller(&self, p: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|a| p[a] / self.scale + self.centre[a])
+    }
+
     /// A length of the tree in units of the caller.
     #[inline(always)]
     pub(super) fn to_length(&self, t: f64) -> f64 {

@@ -12,6 +12,8 @@ const SLACK: f64 = 1e-5;
 
 /// A source closer than this to an edge touches it.
 const TOUCHING: f64 = 1e-6;
+/// A window whose source is this close to the edge's line, outside the window, has no width but rounding.
+const GRAZING: f64 = 1e-12;
 /// Bounds the number of edges that one source may touch (and the depth of the recursion).
 const MAX_TOUCHED: usize = 256;
 
@@ -94,9 +96,10 @@ impl Wave<'_> {
         self.reach(c.apex, to_apex, || {
             let corner = &self.mesh.corners[index as usize];
             let far = if corner.left_first { 0.0 } else { c.len };
-            // Angle at A between the corner's first side and the direction back to `through`.
-            let (fx, bx) = (far - ax, through - ax);
-            Arrival::Corner(index, (ay * (bx - fx)).abs().atan2(fx * bx + ay * ay))
+            // Angle at A between the corner's first side and the direction that the path comes from.
+            let (fx, fy) = (far - ax, -ay);
+            let (bx, by) = if through == split { (px - ax, -ay - py) } else { (through - ax, -ay) };
+            Arrival::Corner(index, (fx * by - fy * bx).abs().atan2(fx * bx + fy * by))
         });
         let third = |t: f64, from_x: f64| {
             let (x, y) = (t * ax + (1.0 - t) * (c.len - from_x), t * ay);
@@ -129,7 +132,7 @@ impl Wave<'_> {
     #[inline]
     fn offer(&mut self, c: Child) {
         let (t0, t1, py) = (c.from * c.len, c.to * c.len, c.py.max(0.0));
-        if !(t0 < t1) || (py == 0.0 && (c.px <= t0 || c.px >= t1)) {
+        if !(t0 < t1) || (py <= GRAZING && (c.px <= t0 || c.px >= t1)) {
             return;
         }
         let at = |t: f64| c.sigma + ((t - c.px) * (t - c.px) + py * py).sqrt();

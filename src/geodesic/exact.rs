@@ -50,7 +50,9 @@ pub struct ExactGeodesics {
 pub struct Scratch {
     dist: Vec<f64>,
     arrival: Vec<Arrival>,
+    /// Whether the vertex has been passed by the wave, and whether it waits to be.
     passed: Vec<bool>,
+    waiting: Vec<bool>,
     envelope: Envelope,
     /// Edges that the window being placed has been carried across at distance zero.
     touched: Vec<u32>,
@@ -100,11 +102,12 @@ impl ExactGeodesics {
         source: SurfacePoint,
         queries: &[SurfacePoint],
         max_windows: usize,
+        tolerance: f64,
         scratch: &mut Scratch,
         job: &Job,
     ) -> Result<Distances> {
         let mesh = &self.mesh;
-        scratch.reset(mesh, max_windows)?;
+        scratch.reset(mesh, max_windows, tolerance)?;
         let place = self.locate(source)?;
         let mut wave = Wave { mesh, state: scratch };
         let start = self.seed(&mut wave, &place);
@@ -260,7 +263,7 @@ impl ExactGeodesics {
 }
 
 impl Scratch {
-    fn reset(&mut self, mesh: &Topology, max_windows: usize) -> Result<()> {
+    fn reset(&mut self, mesh: &Topology, max_windows: usize, gain: f64) -> Result<()> {
         let n = mesh.rep.len();
         let no_memory = |_| Error::NoMemory("out of memory: exact geodesics: distances".into());
         self.dist.clear();
@@ -272,7 +275,10 @@ impl Scratch {
         self.passed.clear();
         self.passed.try_reserve(n).map_err(no_memory)?;
         self.passed.resize(n, false);
+        self.waiting.clear();
+        self.waiting.try_reserve(n).map_err(no_memory)?;
+        self.waiting.resize(n, false);
         self.touched.clear();
-        self.envelope.reset(mesh.ends.len(), max_windows)
+        self.envelope.reset(mesh.ends.len(), max_windows, gain)
     }
 }

@@ -4,10 +4,7 @@
 //! edge the source's image lies at (px, py), py >= 0 being its distance from the edge's line on the side the paths come
 //! from, and `sigma` is the length already travelled when the source is a vertex that the path bends around.
 
-use super::topology::NONE;
 use crate::error::{Error, Result};
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// Distances closer than this are the same (lengths are scaled to a model of size about 1).
 pub(super) const TIE: f64 = 1e-13;
@@ -24,7 +21,6 @@ pub(super) struct Window {
     pub edge: u32,
     /// The face that the paths come through; NONE for a source on the edge itself.
     pub face: u32,
-    next: u32,
     state: State,
 }
 
@@ -41,7 +37,7 @@ enum State {
 impl Window {
     pub fn new(edge: u32, face: u32, interval: (f64, f64), source: (f64, f64), sigma: f64) -> Window {
         let ((b0, b1), (px, py)) = (interval, source);
-        Window { b0, b1, px, py, sigma, edge, face, next: NONE, state: State::Waiting }
+        Window { b0, b1, px, py, sigma, edge, face, state: State::Waiting }
     }
 
     /// The same, marked as propagated already.
@@ -66,13 +62,21 @@ impl Window {
 /// What the queue holds: a window or, with the top bit, a vertex.
 pub(super) const VERTEX: u32 = 1 << 31;
 
+/// An entry of an edge's list: where the window starts, and its index.
+type Slot = (f64, u32);
+
 /// Windows by edge, and the queue of what is to be propagated next.
 #[derive(Debug, Default)]
 pub(super) struct Envelope {
     pool: Vec<Window>,
     free: Vec<u32>,
-    heads: Vec<u32>,
-    queue: BinaryHeap<Reverse<(u64, u32)>>,
+    /// For each edge its windows, which do not overlap, in order.
+    lists: Vec<Vec<Slot>>,
+    /// What is to replace a stretch of a list.
+    fresh: Vec<Slot>,
+    pub queue: Queue,
+    /// A window must undercut what is there by more than this somewhere.
+    gain: f64,
     limit: usize,
     /// Windows made so far.
     pub made: usize,
@@ -81,20 +85,30 @@ pub(super) struct Envelope {
 /// Who is lower on an overlap: up to three stretches, each ending at `.0` and won by the new window if `.1`.
 type Stretches = ([(f64, bool); 3], usize);
 
-/// Decides between the window `old` in the list and the window `new` on `lo..hi`; ties go to `old`.
+/// Decides between the window `old` in the list and the window `new` on `lo..hi`; ties go to `old`, and so does a
+/// stretch where `new` is nowhere lower by more than `gain`, and the other way round.
 #[inline]
-fn contest(old: &Window, new: &Window, lo: f64, hi: f64) -> Stretches {
+fn contest(old: &Window, new: &Window, lo: f64, hi: f64, gain: f64) -> Stretches {
     let (at_lo, at_hi) = (new.at(lo) - old.at(lo) + TIE, new.at(hi) - old.at(hi) + TIE);
     let (new_lo, new_hi) = (at_lo < 0.0, at_hi < 0.0);
+    // The difference has a slope within -2..2 at any place.
+    let peak = 0.5 * (at_lo.abs() + at_hi.abs()) + (hi - lo);
     if new_lo != new_hi {
-        let root = crossing(old, new, lo, hi, at_lo, at_hi);
-        return ([(root, new_lo), (hi, new_hi), (hi, new_hi)], 2);
+        if at_lo.abs() > gain && at_hi.abs() > gain || gain == 0.0 {
+            let root = crossing(old, new, lo, hi, at_lo, at_hi);
+            return ([(root, new_lo), (hi, new_hi), (hi, new_hi)], 2);
+        }
+        return ([(hi, if at_lo.abs() > at_hi.abs() { new_lo } else { new_hi }); 3], 1);
     }
-    // Both lengths have slopes within -1..1: far enough apart at both ends, they cannot meet in between.
+    if new_lo && at_lo.abs().max(at_hi.abs()) <= gain && peak <= gain {
+        return ([(hi, false); 3], 1);
+    }
+    // Far enough apart at both ends, they cannot meet in between.
     if at_lo.abs() + at_hi.abs() < 2.0 * (hi - lo) {
         if let Some((r0, r1)) = double_crossing(old, new, lo, hi) {
             let mid = 0.5 * (r0 + r1);
-            if (new.at(mid) + TIE < old.at(mid)) != new_lo {
+            let at_mid = new.at(mid) - old.at(mid) + TIE;
+            if (at_mid < 0.0) != new_lo && at_mid.abs() > gain {
                 return ([(r0, new_lo), (r1, !new_lo), (hi, new_lo)], 3);
             }
         }
@@ -151,24 +165,31 @@ fn crossing(old: &Window, new: &Window, lo: f64, hi: f64, at_lo: f64, at_hi: f64
 #[cold]
 fn bisect(old: &Window, new: &Window, lo: f64, width: f64, new_at_lo: bool) -> f64 {
     let (mut left, mut right) = (0.0, width);
-    for _ in 0..50 {
+    for _ in 0..40 {
         let mid = 0.5 * (left + right);
-        if (new.at(lo + mid) + TIE < old.at(lo + mid)) == new_at_lo { left = mid } else { right = mid }
+        let at_mid = new.at(lo + mid) - old.at(lo + mid) + TIE;
+        if (at_mid < 0.0) == new_at_lo { left = mid } else { right = mid }
+        if at_mid.abs() < TIE {
+            break;
+        }
     }
     0.5 * (left + right)
 }
 
 impl Envelope {
-    /// Empties everything for a mesh of `edges` edges; at most `limit` windows will be held.
-    pub fn reset(&mut self, edges: usize, limit: usize) -> Result<()> {
+    /// Empties everything for a mesh of `edges` edges. At most `limit` windows will be made, each of which undercuts
+    /// what is there by more than `gain`.
+    pub fn reset(&mut self, edges: usize, limit: usize, gain: f64) -> Result<()> {
         let no_memory = |_| Error::NoMemory("out of memory: exact geodesics: edges".into());
-        self.heads.clear();
-        self.heads.try_reserve(edges).map_err(no_memory)?;
-        self.heads.resize(edges, NONE);
+        self.lists.iter_mut().for_each(Vec::clear);
+        if edges > self.lists.len() {
+            self.lists.try_reserve(edges - self.lists.len()).map_err(no_memory)?;
+            self.lists.resize(edges, Vec::new());
+        }
         self.pool.clear();
         self.free.clear();
         self.queue.clear();
-        (self.limit, self.made) = (limit.min(VERTEX as usize - 1), 0);
+        (self.limit, self.made, self.gain) = (limit.min(VERTEX as usize - 1), 0, gain);
         Ok(())
     }
 
@@ -177,22 +198,7 @@ impl Envelope {
         self.made >= self.limit
     }
 
-    /// Queues `vertex` at distance `key`.
-    pub fn push_vertex(&mut self, vertex: u32, key: f64) {
-        self.queue.push(Reverse((key.to_bits(), vertex | VERTEX)));
-    }
-
-    /// The next thing to propagate: (distance, window or vertex).
-    pub fn pop(&mut self) -> Option<(f64, u32)> {
-        self.queue.pop().map(|Reverse((key, id))| (f64::from_bits(key), id))
-    }
-
-    /// Undoes a `pop`.
-    pub fn put_back(&mut self, key: f64, id: u32) {
-        self.queue.push(Reverse((key.to_bits(), id)));
-    }
-
-    /// A copy of the window that `pop` named, now marked as propagated; None if it was trimmed away since.
+    /// A copy of a window from the queue, now marked as propagated; None if it was trimmed away since.
     pub fn take(&mut self, id: u32) -> Option<Window> {
         let w = &mut self.pool[id as usize];
         if w.state == State::Dead {
@@ -205,34 +211,23 @@ impl Envelope {
 
     /// The windows that make up the envelope of `edge`.
     pub fn windows(&self, edge: u32) -> impl Iterator<Item = &Window> {
-        let mut at = self.heads[edge as usize];
-        std::iter::from_fn(move || {
-            let w = self.pool.get(at as usize)?;
-            at = w.next;
-            Some(w)
-        })
+        self.lists[edge as usize].iter().map(|slot| &self.pool[slot.1 as usize])
     }
 
-    fn link(&mut self, edge: u32, before: u32) -> &mut u32 {
-        if before == NONE { &mut self.heads[edge as usize] } else { &mut self.pool[before as usize].next }
-    }
-
-    /// Stores `w` after `before` and queues it unless it is done; returns its index.
-    fn add(&mut self, mut w: Window, before: u32) -> u32 {
+    /// Puts a window into the pool and, unless it is done, into the queue.
+    fn add(&mut self, w: Window) -> Slot {
         let id = self.free.pop().unwrap_or(self.pool.len() as u32);
-        w.next = std::mem::replace(self.link(w.edge, before), id);
         if w.state == State::Waiting {
-            self.queue.push(Reverse((w.least().to_bits(), id)));
+            self.queue.push(w.least(), id);
         }
         self.made += 1;
         if id as usize == self.pool.len() { self.pool.push(w) } else { self.pool[id as usize] = w }
-        id
+        (w.b0, id)
     }
 
-    fn unlink(&mut self, id: u32, before: u32) {
-        let w = self.pool[id as usize];
-        *self.link(w.edge, before) = w.next;
-        if w.state == State::Done {
+    /// Forgets a window that has been trimmed to nothing.
+    fn discard(&mut self, id: u32) {
+        if self.pool[id as usize].state == State::Done {
             self.free.push(id);
         } else {
             self.pool[id as usize].state = State::Dead;
@@ -242,56 +237,60 @@ impl Envelope {
     /// Adds to the envelope those parts of `w` that are lower than what is there, trims what they undercut, and queues
     /// the parts.
     pub fn insert(&mut self, w: Window) {
-        let mut before = NONE;
-        let mut at = self.heads[w.edge as usize];
-        while at != NONE && self.pool[at as usize].b1 <= w.b0 {
-            before = at;
-            at = self.pool[at as usize].next;
+        let mut list = std::mem::take(&mut self.lists[w.edge as usize]);
+        let mut first = list.partition_point(|slot| slot.0 <= w.b0);
+        if first > 0 && self.pool[list[first - 1].1 as usize].b1 > w.b0 {
+            first -= 1;
         }
+        self.fresh.clear();
         // `run` is the start of the stretch that `w` is winning.
         let mut run = w.b0;
-        while at != NONE && self.pool[at as usize].b0 < w.b1 {
-            let old = self.pool[at as usize];
+        let mut last = first;
+        while last < list.len() && list[last].0 < w.b1 {
+            let slot = list[last];
+            let old = self.pool[slot.1 as usize];
             let (lo, hi) = (old.b0.max(w.b0), old.b1.min(w.b1));
-            let (stretches, count) = contest(&old, &w, lo, hi);
-            let stretches = &stretches[..count];
-            if stretches == [(hi, false)] {
-                self.add_run(&w, run, lo, before);
-                (before, run) = (at, hi);
-                at = self.pool[at as usize].next;
-                continue;
+            let (stretches, count) = contest(&old, &w, lo, hi, self.gain);
+            if count == 1 && !stretches[0].1 {
+                self.add_run(&w, run, lo);
+                self.fresh.push(slot);
+                run = hi;
+            } else {
+                run = self.recut(&w, slot.1, run, &stretches[..count], (lo, hi));
             }
-            (before, run) = self.recut(&w, at, before, run, stretches, (lo, hi));
-            at = self.follow(w.edge, before);
+            last += 1;
         }
-        self.add_run(&w, run, w.b1, before);
+        self.add_run(&w, run, w.b1);
+        if let ([], [slot]) = (&list[first..last], &self.fresh[..]) {
+            list.insert(first, *slot);
+        } else if last - first == self.fresh.len() {
+            list[first..last].copy_from_slice(&self.fresh);
+        } else {
+            list.splice(first..last, self.fresh.iter().copied());
+        }
+        self.lists[w.edge as usize] = list;
     }
 
-    fn follow(&self, edge: u32, before: u32) -> u32 {
-        if before == NONE { self.heads[edge as usize] } else { self.pool[before as usize].next }
-    }
-
-    /// Adds the part `from..to` of `w` behind `before`, unless it is too slim; returns the last window.
+    /// Adds the part `from..to` of `w`, unless it is too slim.
     #[inline]
-    fn add_run(&mut self, w: &Window, from: f64, to: f64, before: u32) -> u32 {
-        if to - from <= SLIM {
-            return before;
+    fn add_run(&mut self, w: &Window, from: f64, to: f64) {
+        if to - from > SLIM {
+            let slot = self.add(Window { b0: from, b1: to, ..*w });
+            self.fresh.push(slot);
         }
-        self.add(Window { b0: from, b1: to, ..*w }, before)
     }
 
-    /// Replaces window `at` by what the contest leaves of it. Returns the last window before the cursor and the start
-    /// of the run of `w` that is open at the cursor.
+    /// Replaces window `id` by what the contest leaves of it, and what `w` has won before. Returns the start of the run
+    /// of `w` that is open at the end.
     fn recut(
         &mut self,
         w: &Window,
-        at: u32,
-        mut before: u32,
+        id: u32,
         mut run: f64,
         stretches: &[(f64, bool)],
         (lo, hi): (f64, f64),
-    ) -> (u32, f64) {
-        let old = self.pool[at as usize];
+    ) -> f64 {
+        let old = self.pool[id as usize];
         // The pieces that `old` keeps: what sticks out on the left joins a first stretch that it wins, and so on.
         let mut pieces = [(0.0, 0.0); 3];
         let mut count = 0;
@@ -312,20 +311,81 @@ impl Envelope {
             start = end;
         }
         keep(hi, old.b1);
-        let mut reused = false;
-        for &(from, to) in &pieces[..count] {
-            before = self.add_run(w, run, from.min(w.b1), before);
+        for (k, &(from, to)) in pieces[..count].iter().enumerate() {
+            self.add_run(w, run, from.min(w.b1));
             run = run.max(to);
-            if reused {
-                before = self.add(Window { b0: from, b1: to, ..old }, before);
+            let slot = if k == 0 {
+                (self.pool[id as usize].b0, self.pool[id as usize].b1) = (from, to);
+                (from, id)
             } else {
-                (self.pool[at as usize].b0, self.pool[at as usize].b1) = (from, to);
-                (before, reused) = (at, true);
-            }
+                self.add(Window { b0: from, b1: to, ..old })
+            };
+            self.fresh.push(slot);
         }
-        if !reused {
-            self.unlink(at, before);
+        if count == 0 {
+            self.discard(id);
         }
-        (before, run)
+        run
+    }
+}
+
+/// A monotone priority queue (a radix heap): what is pushed is not before what was popped last, or is treated as if it
+/// were as late. Distances are rounded down to multiples of 2^-16; within one the order is fixed, but any.
+#[derive(Debug)]
+pub(super) struct Queue {
+    /// Bucket k holds the keys that differ from `last` in bit k - 1 and not above; bucket 0 holds `last` itself.
+    buckets: [Vec<(u32, u32)>; 33],
+    last: u32,
+}
+
+impl Default for Queue {
+    fn default() -> Self {
+        Queue { buckets: std::array::from_fn(|_| Vec::new()), last: 0 }
+    }
+}
+
+impl Queue {
+    const STEP: f64 = 65536.0;
+
+    fn clear(&mut self) {
+        self.buckets.iter_mut().for_each(Vec::clear);
+        self.last = 0;
+    }
+
+    /// The rounded form of a distance (saturating).
+    pub fn key(distance: f64) -> u32 {
+        (distance * Self::STEP) as u32
+    }
+
+    #[inline]
+    fn bucket(&self, key: u32) -> usize {
+        (32 - (key ^ self.last).leading_zeros()) as usize
+    }
+
+    pub fn push(&mut self, distance: f64, id: u32) {
+        self.push_key(Self::key(distance), id);
+    }
+
+    /// Adds an entry by its rounded distance.
+    pub fn push_key(&mut self, key: u32, id: u32) {
+        let key = key.max(self.last);
+        let bucket = self.bucket(key);
+        self.buckets[bucket].push((key, id));
+    }
+
+    /// Takes an entry of the least rounded distance.
+    pub fn pop(&mut self) -> Option<(u32, u32)> {
+        if let Some(entry) = self.buckets[0].pop() {
+            return Some(entry);
+        }
+        let k = self.buckets.iter().position(|b| !b.is_empty())?;
+        let mut moved = std::mem::take(&mut self.buckets[k]);
+        self.last = moved.iter().map(|e| e.0).min()?;
+        for entry in moved.drain(..) {
+            let bucket = self.bucket(entry.0);
+            self.buckets[bucket].push(entry);
+        }
+        self.buckets[k] = moved;
+        self.buckets[0].pop()
     }
 }

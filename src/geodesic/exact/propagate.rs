@@ -1,7 +1,7 @@
 //! How windows cross faces and how paths leave the vertices that they bend around.
 
 use super::Scratch;
-use super::envelope::{TIE, VERTEX, Window};
+use super::envelope::{Queue, TIE, VERTEX, Window};
 use super::topology::{Crossing, Fan, Topology};
 use crate::error::Result;
 use crate::job::Job;
@@ -60,7 +60,8 @@ impl Wave<'_> {
         if distance < *known - TIE {
             *known = distance;
             self.state.arrival[v as usize] = arrival();
-            self.state.envelope.push_vertex(v, distance);
+            self.state.waiting[v as usize] = true;
+            self.state.envelope.queue.push(distance, v | VERTEX);
         }
     }
 
@@ -263,15 +264,19 @@ impl Wave<'_> {
     /// passed and nothing nearer than `stop` waits. Returns false if the window limit was met.
     pub fn run(&mut self, pending: &mut u32, stop: f64, job: &Job) -> Result<bool> {
         let mut steps = 0u32;
-        while let Some((key, id)) = self.state.envelope.pop() {
-            if *pending == 0 && key >= stop {
-                self.state.envelope.put_back(key, id);
+        let mut last = Queue::key(stop);
+        while let Some((key, id)) = self.state.envelope.queue.pop() {
+            if *pending == 0 && key > last {
+                self.state.envelope.queue.push_key(key, id);
                 break;
             }
             if id & VERTEX != 0 {
                 let v = id & !VERTEX;
-                if key == self.state.dist[v as usize] {
-                    *pending -= u32::from(!std::mem::replace(&mut self.state.passed[v as usize], true));
+                if std::mem::take(&mut self.state.waiting[v as usize]) {
+                    if !std::mem::replace(&mut self.state.passed[v as usize], true) {
+                        *pending -= 1;
+                        last = last.max(key);
+                    }
                     self.leave(v);
                 }
             } else if let Some(w) = self.state.envelope.take(id) {

@@ -20,7 +20,7 @@ mod topology;
 
 use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
-use envelope::{Envelope, Window};
+use envelope::{Envelope, TIE, Window};
 use propagate::{Arrival, Wave};
 use topology::{NONE, Topology, norm, sub};
 
@@ -45,6 +45,23 @@ pub struct ExactGeodesics {
     mesh: Topology,
 }
 
+/// What a solve may spend and leave out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Length, in model units, by which a path may be longer for each window that is given up for it; 0 is exact. Paths
+    /// give up few windows: with 1e-4 of the model's size, distances on CAD parts are at most 4e-4 of the largest one
+    /// too long, and up to four times as fast. Distances stay lengths of real paths.
+    pub tolerance: f64,
+    /// Number of windows that may be made (about 64 bytes each) before the solve gives up.
+    pub max_windows: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits { tolerance: 0.0, max_windows: 8_000_000 }
+    }
+}
+
 /// Memory of one solve, to be reused by the next, of the same mesh or another.
 #[derive(Debug, Default)]
 pub struct Scratch {
@@ -53,6 +70,8 @@ pub struct Scratch {
     /// Whether the vertex has been passed by the wave, and whether it waits to be.
     passed: Vec<bool>,
     waiting: Vec<bool>,
+    /// Whether paths may bend at the vertex although it is convex, because a window was given up for it.
+    bends: Vec<bool>,
     envelope: Envelope,
     /// Edges that the window being placed has been carried across at distance zero.
     touched: Vec<u32>,
@@ -92,24 +111,27 @@ impl ExactGeodesics {
 
     /// Distances from `source` to every vertex and every point of `queries`, along the surface.
     ///
-    /// At most `max_windows` windows are made; a solve that meets the limit returns upper bounds and says so. The result
-    /// does not depend on what `scratch` was used for before.
+    /// A solve that meets the limit on windows returns upper bounds and says so. The result does not depend on what
+    /// `scratch` was used for before.
     ///
-    /// Errors: [`Error::Index`] or [`Error::Argument`] for a point that is not on the mesh, [`Error::NoMemory`],
+    /// Errors: [`Error::Index`] or [`Error::Argument`] for a point that is not on the mesh or a tolerance that is not 0 or
+    /// more, [`Error::NoMemory`],
     /// [`Error::Cancelled`] through `job`.
     pub fn distances(
         &self,
         source: SurfacePoint,
         queries: &[SurfacePoint],
-        max_windows: usize,
-        tolerance: f64,
+        limits: &Limits,
         scratch: &mut Scratch,
         job: &Job,
     ) -> Result<Distances> {
         let mesh = &self.mesh;
-        scratch.reset(mesh, max_windows, tolerance)?;
+        if !(limits.tolerance >= 0.0) {
+            return Err(Error::Argument(format!("the tolerance of exact distances is {}", limits.tolerance)));
+        }
+        scratch.reset(mesh, limits.max_windows)?;
         let place = self.locate(source)?;
-        let mut wave = Wave { mesh, state: scratch };
+        let mut wave = Wave { mesh, state: scratch, tolerance: TIE.max(limits.tolerance * mesh.scale) };
         let start = self.seed(&mut wave, &place);
         let component = mesh.component[start as usize];
         let mut pending = mesh.component_size[component as usize];
@@ -262,23 +284,24 @@ impl ExactGeodesics {
     }
 }
 
+/// Makes `v` hold `n` copies of `value`.
+fn refill<T: Clone>(v: &mut Vec<T>, n: usize, value: T) -> Result<()> {
+    v.clear();
+    let no_memory = |_| Error::NoMemory(format!("out of memory: exact geodesics: state of {n} vertices"));
+    v.try_reserve_exact(n).map_err(no_memory)?;
+    v.resize(n, value);
+    Ok(())
+}
+
 impl Scratch {
-    fn reset(&mut self, mesh: &Topology, max_windows: usize, gain: f64) -> Result<()> {
+    fn reset(&mut self, mesh: &Topology, max_windows: usize) -> Result<()> {
         let n = mesh.rep.len();
-        let no_memory = |_| Error::NoMemory("out of memory: exact geodesics: distances".into());
-        self.dist.clear();
-        self.dist.try_reserve(n).map_err(no_memory)?;
-        self.dist.resize(n, f64::INFINITY);
-        self.arrival.clear();
-        self.arrival.try_reserve(n).map_err(no_memory)?;
-        self.arrival.resize(n, Arrival::Any);
-        self.passed.clear();
-        self.passed.try_reserve(n).map_err(no_memory)?;
-        self.passed.resize(n, false);
-        self.waiting.clear();
-        self.waiting.try_reserve(n).map_err(no_memory)?;
-        self.waiting.resize(n, false);
+        refill(&mut self.dist, n, f64::INFINITY)?;
+        refill(&mut self.arrival, n, Arrival::Any)?;
+        refill(&mut self.passed, n, false)?;
+        refill(&mut self.waiting, n, false)?;
+        refill(&mut self.bends, n, false)?;
         self.touched.clear();
-        self.envelope.reset(mesh.ends.len(), max_windows, gain)
+        self.envelope.reset(mesh.ends.len(), max_windows)
     }
 }

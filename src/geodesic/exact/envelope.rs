@@ -75,8 +75,6 @@ pub(super) struct Envelope {
     /// What is to replace a stretch of a list.
     fresh: Vec<Slot>,
     pub queue: Queue,
-    /// A window must undercut what is there by more than this somewhere.
-    gain: f64,
     limit: usize,
     /// Windows made so far.
     pub made: usize,
@@ -85,30 +83,20 @@ pub(super) struct Envelope {
 /// Who is lower on an overlap: up to three stretches, each ending at `.0` and won by the new window if `.1`.
 type Stretches = ([(f64, bool); 3], usize);
 
-/// Decides between the window `old` in the list and the window `new` on `lo..hi`; ties go to `old`, and so does a
-/// stretch where `new` is nowhere lower by more than `gain`, and the other way round.
+/// Decides between the window `old` in the list and the window `new` on `lo..hi`; ties go to `old`.
 #[inline]
-fn contest(old: &Window, new: &Window, lo: f64, hi: f64, gain: f64) -> Stretches {
+fn contest(old: &Window, new: &Window, lo: f64, hi: f64) -> Stretches {
     let (at_lo, at_hi) = (new.at(lo) - old.at(lo) + TIE, new.at(hi) - old.at(hi) + TIE);
     let (new_lo, new_hi) = (at_lo < 0.0, at_hi < 0.0);
-    // The difference has a slope within -2..2 at any place.
-    let peak = 0.5 * (at_lo.abs() + at_hi.abs()) + (hi - lo);
     if new_lo != new_hi {
-        if at_lo.abs() > gain && at_hi.abs() > gain || gain == 0.0 {
-            let root = crossing(old, new, lo, hi, at_lo, at_hi);
-            return ([(root, new_lo), (hi, new_hi), (hi, new_hi)], 2);
-        }
-        return ([(hi, if at_lo.abs() > at_hi.abs() { new_lo } else { new_hi }); 3], 1);
+        let root = crossing(old, new, lo, hi, at_lo, at_hi);
+        return ([(root, new_lo), (hi, new_hi), (hi, new_hi)], 2);
     }
-    if new_lo && at_lo.abs().max(at_hi.abs()) <= gain && peak <= gain {
-        return ([(hi, false); 3], 1);
-    }
-    // Far enough apart at both ends, they cannot meet in between.
+    // Lengths have slopes within -1..1: far enough apart at both ends, they cannot meet in between.
     if at_lo.abs() + at_hi.abs() < 2.0 * (hi - lo) {
         if let Some((r0, r1)) = double_crossing(old, new, lo, hi) {
             let mid = 0.5 * (r0 + r1);
-            let at_mid = new.at(mid) - old.at(mid) + TIE;
-            if (at_mid < 0.0) != new_lo && at_mid.abs() > gain {
+            if (new.at(mid) + TIE < old.at(mid)) != new_lo {
                 return ([(r0, new_lo), (r1, !new_lo), (hi, new_lo)], 3);
             }
         }
@@ -168,7 +156,11 @@ fn bisect(old: &Window, new: &Window, lo: f64, width: f64, new_at_lo: bool) -> f
     for _ in 0..40 {
         let mid = 0.5 * (left + right);
         let at_mid = new.at(lo + mid) - old.at(lo + mid) + TIE;
-        if (at_mid < 0.0) == new_at_lo { left = mid } else { right = mid }
+        if (at_mid < 0.0) == new_at_lo {
+            left = mid
+        } else {
+            right = mid
+        }
         if at_mid.abs() < TIE {
             break;
         }
@@ -177,9 +169,8 @@ fn bisect(old: &Window, new: &Window, lo: f64, width: f64, new_at_lo: bool) -> f
 }
 
 impl Envelope {
-    /// Empties everything for a mesh of `edges` edges. At most `limit` windows will be made, each of which undercuts
-    /// what is there by more than `gain`.
-    pub fn reset(&mut self, edges: usize, limit: usize, gain: f64) -> Result<()> {
+    /// Empties everything for a mesh of `edges` edges. At most about `limit` windows will be made.
+    pub fn reset(&mut self, edges: usize, limit: usize) -> Result<()> {
         let no_memory = |_| Error::NoMemory("out of memory: exact geodesics: edges".into());
         self.lists.iter_mut().for_each(Vec::clear);
         if edges > self.lists.len() {
@@ -189,7 +180,7 @@ impl Envelope {
         self.pool.clear();
         self.free.clear();
         self.queue.clear();
-        (self.limit, self.made, self.gain) = (limit.min(VERTEX as usize - 1), 0, gain);
+        (self.limit, self.made) = (limit.min(VERTEX as usize - 1), 0);
         Ok(())
     }
 
@@ -221,7 +212,11 @@ impl Envelope {
             self.queue.push(w.least(), id);
         }
         self.made += 1;
-        if id as usize == self.pool.len() { self.pool.push(w) } else { self.pool[id as usize] = w }
+        if id as usize == self.pool.len() {
+            self.pool.push(w)
+        } else {
+            self.pool[id as usize] = w
+        }
         (w.b0, id)
     }
 
@@ -250,7 +245,7 @@ impl Envelope {
             let slot = list[last];
             let old = self.pool[slot.1 as usize];
             let (lo, hi) = (old.b0.max(w.b0), old.b1.min(w.b1));
-            let (stretches, count) = contest(&old, &w, lo, hi, self.gain);
+            let (stretches, count) = contest(&old, &w, lo, hi);
             if count == 1 && !stretches[0].1 {
                 self.add_run(&w, run, lo);
                 self.fresh.push(slot);
@@ -282,14 +277,7 @@ impl Envelope {
 
     /// Replaces window `id` by what the contest leaves of it, and what `w` has won before. Returns the start of the run
     /// of `w` that is open at the end.
-    fn recut(
-        &mut self,
-        w: &Window,
-        id: u32,
-        mut run: f64,
-        stretches: &[(f64, bool)],
-        (lo, hi): (f64, f64),
-    ) -> f64 {
+    fn recut(&mut self, w: &Window, id: u32, mut run: f64, stretches: &[(f64, bool)], (lo, hi): (f64, f64)) -> f64 {
         let old = self.pool[id as usize];
         // The pieces that `old` keeps: what sticks out on the left joins a first stretch that it wins, and so on.
         let mut pieces = [(0.0, 0.0); 3];

@@ -32,6 +32,8 @@ pub(super) enum Arrival {
 pub(super) struct Wave<'a> {
     pub mesh: &'a Topology,
     pub state: &'a mut Scratch,
+    /// Windows that gain no more than this over a path through a vertex are given up; at least TIE.
+    pub tolerance: f64,
 }
 
 /// A window being carried across a face: the part `from..to` of the edge ahead, as fractions from the shared vertex.
@@ -65,6 +67,22 @@ impl Wave<'_> {
         }
     }
 
+    /// True if a path through vertex `v` is longer than a window's by no more than `excess` (throughout) and this is
+    /// within the tolerance. If it is not simply shorter, the path through the vertex has to take the window's place,
+    /// so from now on paths may bend at that vertex.
+    #[inline]
+    fn useless(&mut self, v: u32, excess: f64) -> bool {
+        if excess > self.tolerance {
+            return false;
+        }
+        if excess > TIE && !std::mem::replace(&mut self.state.bends[v as usize], true) && self.state.passed[v as usize]
+        {
+            self.state.waiting[v as usize] = true;
+            self.state.envelope.queue.push(self.state.dist[v as usize], v | VERTEX);
+        }
+        true
+    }
+
     // --- faces
 
     /// Carries a window across every face of its edge but the one that it came through.
@@ -74,7 +92,7 @@ impl Wave<'_> {
         let len = mesh.crossings[mesh.first[w.edge as usize] as usize].len;
         // Vertices may have come nearer since the window was made.
         let (d_o, d_e) = (self.state.dist[o as usize], self.state.dist[e as usize]);
-        if d_o + w.b1 <= w.at(w.b1) + TIE || d_e + (len - w.b0) <= w.at(w.b0) + TIE {
+        if self.useless(o, d_o + w.b1 - w.at(w.b1)) || self.useless(e, d_e + (len - w.b0) - w.at(w.b0)) {
             return;
         }
         for c in mesh.first[w.edge as usize]..mesh.first[w.edge as usize + 1] {
@@ -114,7 +132,20 @@ impl Wave<'_> {
             let (qx, qy) = ((ax * px - ay * py) * inv, (ax * py + ay * px) * inv);
             let third_reach = third(from, c.len);
             let (edge, len) = (c.left, c.left_len);
-            self.offer(Child { edge, face, len, from, to, px: qx, py: qy, sigma, shared: o, apex, third: e, third_reach });
+            self.offer(Child {
+                edge,
+                face,
+                len,
+                from,
+                to,
+                px: qx,
+                py: qy,
+                sigma,
+                shared: o,
+                apex,
+                third: e,
+                third_reach,
+            });
         }
         if c.right & 2 != 0 && w.b1 > split {
             // The same seen from E.
@@ -125,7 +156,20 @@ impl Wave<'_> {
             let (qx, qy) = ((mx * mpx - ay * py) * inv, (mx * py + ay * mpx) * inv);
             let third_reach = third(from, 0.0);
             let (edge, len) = (c.right, c.right_len);
-            self.offer(Child { edge, face, len, from, to, px: qx, py: qy, sigma, shared: e, apex, third: o, third_reach });
+            self.offer(Child {
+                edge,
+                face,
+                len,
+                from,
+                to,
+                px: qx,
+                py: qy,
+                sigma,
+                shared: e,
+                apex,
+                third: o,
+                third_reach,
+            });
         }
     }
 
@@ -138,16 +182,15 @@ impl Wave<'_> {
         }
         let at = |t: f64| c.sigma + ((t - c.px) * (t - c.px) + py * py).sqrt();
         let (d0, d1) = (at(t0), at(t1));
-        let dist = &self.state.dist;
         // Xin & Wang 2009: a vertex whose path to the far end is no longer makes the window useless.
-        if dist[c.shared as usize] + t1 <= d1 + TIE
-            || dist[c.apex as usize] + (c.len - t0) <= d0 + TIE
-            || dist[c.third as usize] + c.third_reach <= d0 + TIE
+        let [shared, apex, third] = [c.shared, c.apex, c.third].map(|v| self.state.dist[v as usize]);
+        if self.useless(c.shared, shared + t1 - d1)
+            || self.useless(c.apex, apex + (c.len - t0) - d0)
+            || self.useless(c.third, third + c.third_reach - d0)
         {
             return;
         }
-        let (interval, px) =
-            if c.edge & 1 == 0 { ((t0, t1), c.px) } else { ((c.len - t1, c.len - t0), c.len - c.px) };
+        let (interval, px) = if c.edge & 1 == 0 { ((t0, t1), c.px) } else { ((c.len - t1, c.len - t0), c.len - c.px) };
         self.place(Window::new(c.edge >> 2, c.face, interval, (px, py), c.sigma));
     }
 
@@ -177,7 +220,7 @@ impl Wave<'_> {
         let distance = self.state.dist[v as usize];
         let corners = mesh.around_first[v as usize] as usize..mesh.around_first[v as usize + 1] as usize;
         let arrival = self.state.arrival[v as usize];
-        let all = matches!(arrival, Arrival::Any);
+        let all = matches!(arrival, Arrival::Any) || self.state.bends[v as usize];
         let fan = mesh.fans[v as usize];
         let from = if all || fan == Fan::Complex { 0.0 } else { self.arrival_angle(v, arrival) };
         for &c in &mesh.around[corners] {

@@ -22,7 +22,7 @@ use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
 use envelope::{Envelope, TIE, Window};
 use propagate::{Arrival, Wave};
-use topology::{NONE, Topology, norm, sub};
+use topology::{Crossing, NONE, Topology, norm, sub};
 
 /// A point of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -251,10 +251,23 @@ impl ExactGeodesics {
             *d = match self.locate(*query)? {
                 Place::Vertex(v) => state.dist[v as usize],
                 Place::Edge(e, t) => {
-                    let len = mesh.crossings[mesh.first[e as usize] as usize].len;
-                    let [a, b] = mesh.ends[e as usize].map(|v| state.dist[v as usize]);
-                    let through = |w: &Window| if t >= w.b0 && t <= w.b1 { w.at(t) } else { f64::INFINITY };
-                    state.envelope.windows(e).map(through).fold((a + t).min(b + len - t), f64::min)
+                    // A point of every face of the edge (boundary edges hold no windows of their own).
+                    let crossings =
+                        &mesh.crossings[mesh.first[e as usize] as usize..mesh.first[e as usize + 1] as usize];
+                    let in_face = |c: &Crossing| {
+                        let end = mesh.ends[e as usize][1];
+                        let weight = |v| {
+                            if v == c.apex {
+                                0.0
+                            } else if v == end {
+                                t / c.len
+                            } else {
+                                1.0 - t / c.len
+                            }
+                        };
+                        self.inside(state, source, c.face, mesh.faces[c.face as usize].map(weight))
+                    };
+                    crossings.iter().map(in_face).fold(f64::INFINITY, f64::min)
                 }
                 Place::Face(f, weights) => self.inside(state, source, f, weights),
             };

@@ -10,6 +10,8 @@ use std::f64::consts::PI;
 /// Half-width added to the range of directions in which a path may leave a vertex, radians.
 const SLACK: f64 = 1e-5;
 
+/// A path that bends no farther than this from where the straight one crosses an edge has the straight one's direction.
+const STRAIGHT: f64 = 1e-9;
 /// A source closer than this to an edge touches it.
 const TOUCHING: f64 = 1e-6;
 /// A window whose source is this close to the edge's line, outside the window, has no width but rounding.
@@ -117,7 +119,8 @@ impl Wave<'_> {
             let far = if corner.left_first { 0.0 } else { c.len };
             // Angle at A between the corner's first side and the direction that the path comes from.
             let (fx, fy) = (far - ax, -ay);
-            let (bx, by) = if through == split { (px - ax, -ay - py) } else { (through - ax, -ay) };
+            let straight = (through - split).abs() <= STRAIGHT;
+            let (bx, by) = if straight { (px - ax, -ay - py) } else { (through - ax, -ay) };
             Arrival::Corner(index, (fx * by - fy * bx).abs().atan2(fx * bx + fy * by))
         });
         let third = |t: f64, from_x: f64| {

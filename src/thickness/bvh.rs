@@ -83,6 +83,12 @@ impl RayMesh {
         to_unit(p, self.centre, self.scale)
     }
 
+    /// A point of the tree in the caller's coordinates.
+    #[inline(always)]
+    pub(super) fn to_caller(&self, p: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|a| p[a] / self.scale + self.centre[a])
+    }
+
     /// A length of the tree in units of the caller.
     #[inline(always)]
     pub(super) fn to_length(&self, t: f64) -> f64 {
@@ -143,7 +149,13 @@ fn find_copies(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<Vec<[u32; 
     // The corner list begun at its smallest; copies then agree, and have the same first corner.
     let key = |f: u32| {
         let [a, b, c] = triangles[f as usize];
-        if a <= b && a <= c { [a, b, c] } else if b <= a && b <= c { [b, c, a] } else { [c, a, b] }
+        if a <= b && a <= c {
+            [a, b, c]
+        } else if b <= a && b <= c {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        }
     };
     let faces = 0..triangles.len() as u32;
     let mut start = try_filled(vertex_count + 1, 0u32, "copies of faces")?;

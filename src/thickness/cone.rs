@@ -59,9 +59,7 @@ pub(super) fn frame(corners: [[f64; 3]; 3], n: [f64; 3]) -> [[f64; 3]; 2] {
     });
     // Lengths that agree but for rounding are ordered by position.
     let size = edges[0].0.max(edges[1].0).max(edges[2].0);
-    edges.sort_by(|a, b| {
-        if (a.0 - b.0).abs() <= 1e-9 * size { lexicographic(a.2, b.2) } else { a.0.total_cmp(&b.0) }
-    });
+    edges.sort_by(|a, b| if (a.0 - b.0).abs() <= 1e-9 * size { lexicographic(a.2, b.2) } else { a.0.total_cmp(&b.0) });
     let [short, middle, long] = edges.map(|e| e.0);
     let x = if long - middle >= 0.37 * (middle - short) { edges[2].1 } else { edges[0].1 };
     let x = super::bvh::along(x, -dot(x, n), n);
@@ -73,7 +71,13 @@ pub(super) fn frame(corners: [[f64; 3]; 3], n: [f64; 3]) -> [[f64; 3]; 2] {
 /// Some unit vector normal to the unit vector `n`.
 pub(super) fn any_normal_to(n: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = n.map(f64::abs);
-    let a = if x <= y && x <= z { [1.0, 0.0, 0.0] } else if y <= z { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
+    let a = if x <= y && x <= z {
+        [1.0, 0.0, 0.0]
+    } else if y <= z {
+        [0.0, 1.0, 0.0]
+    } else {
+        [0.0, 0.0, 1.0]
+    };
     let v = cross(n, a);
     let length = dot(v, v).sqrt();
     v.map(|c| c / length)

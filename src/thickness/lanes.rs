@@ -32,7 +32,13 @@ impl Ray {
         let inv = d32.map(|x| if x.abs() < SMALLEST { (1.0 / SMALLEST).copysign(x) } else { 1.0 / x });
         let near = std::array::from_fn(|a| if inv[a] < 0.0 { a + 3 } else { a });
         let [x, y, z] = d.map(f64::abs);
-        let kz = if x > y && x > z { 0 } else if y > z { 1 } else { 2 };
+        let kz = if x > y && x > z {
+            0
+        } else if y > z {
+            1
+        } else {
+            2
+        };
         let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
         if d[kz] < 0.0 {
             std::mem::swap(&mut kx, &mut ky);
@@ -171,10 +177,26 @@ mod v3 {
         fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits {
             // Macros rather than closures: a closure would not be compiled for this instruction set.
             let i = self.avx;
-            macro_rules! sub { ($a:expr, $b:expr) => { i._mm256_sub_pd($a, $b) }; }
-            macro_rules! mul { ($a:expr, $b:expr) => { i._mm256_mul_pd($a, $b) }; }
-            macro_rules! add { ($a:expr, $b:expr) => { i._mm256_add_pd($a, $b) }; }
-            macro_rules! and { ($a:expr, $b:expr) => { i._mm256_and_pd($a, $b) }; }
+            macro_rules! sub {
+                ($a:expr, $b:expr) => {
+                    i._mm256_sub_pd($a, $b)
+                };
+            }
+            macro_rules! mul {
+                ($a:expr, $b:expr) => {
+                    i._mm256_mul_pd($a, $b)
+                };
+            }
+            macro_rules! add {
+                ($a:expr, $b:expr) => {
+                    i._mm256_add_pd($a, $b)
+                };
+            }
+            macro_rules! and {
+                ($a:expr, $b:expr) => {
+                    i._mm256_and_pd($a, $b)
+                };
+            }
             let [kx, ky, kz] = ray.k;
             let (ox, oy, oz) = (i._mm256_set1_pd(ray.o[kx]), i._mm256_set1_pd(ray.o[ky]), i._mm256_set1_pd(ray.o[kz]));
             let (sx, sy, sz) = (i._mm256_set1_pd(ray.s[0]), i._mm256_set1_pd(ray.s[1]), i._mm256_set1_pd(ray.s[2]));
@@ -190,8 +212,16 @@ mod v3 {
             let u = sub!(mul!(c[0], b[1]), mul!(c[1], b[0]));
             let v = sub!(mul!(a[0], c[1]), mul!(a[1], c[0]));
             let w = sub!(mul!(b[0], a[1]), mul!(b[1], a[0]));
-            macro_rules! ge { ($a:expr) => { i._mm256_cmp_pd::<_CMP_GE_OQ>($a, zero) }; }
-            macro_rules! le { ($a:expr) => { i._mm256_cmp_pd::<_CMP_LE_OQ>($a, zero) }; }
+            macro_rules! ge {
+                ($a:expr) => {
+                    i._mm256_cmp_pd::<_CMP_GE_OQ>($a, zero)
+                };
+            }
+            macro_rules! le {
+                ($a:expr) => {
+                    i._mm256_cmp_pd::<_CMP_LE_OQ>($a, zero)
+                };
+            }
             let inside = i._mm256_or_pd(and!(and!(ge!(u), ge!(v)), ge!(w)), and!(and!(le!(u), le!(v)), le!(w)));
             if i._mm256_movemask_pd(inside) == 0 {
                 return BlockHits { t: [0.0; 4], hit: 0, exit: 0 };

@@ -76,7 +76,8 @@ fn the_inscribed_sphere_shrinks_towards_an_edge() {
 
 #[test]
 fn the_summary_does_not_depend_on_place_size_or_numbering() {
-    let base = mapped(cuboid([4.0, 2.0, 1.0], [16, 8, 4]), |p| [p[0] + 0.1 * p[1] * p[2], p[1], p[2] * (1.0 + 0.1 * p[0])]);
+    let base =
+        mapped(cuboid([4.0, 2.0, 1.0], [16, 8, 4]), |p| [p[0] + 0.1 * p[1] * p[2], p[1], p[2] * (1.0 + 0.1 * p[0])]);
     let wanted = summary(&base);
     let close = |shape: &Shape, scale: f64, what: &str| {
         for (a, b) in summary(shape).iter().zip(wanted) {
@@ -142,8 +143,14 @@ fn rays_do_not_slip_between_triangles() {
 fn an_axis_ray_that_ends_on_the_diagonal_of_the_other_side_is_not_lost() {
     // The centroid of each triangle of the bottom lies straight below the diagonal of the top.
     let p = vec![
-        [0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 3.0, 0.0], [0.0, 3.0, 0.0],
-        [-1.0, -1.0, 2.0], [5.0, 2.0, 2.0], [3.0, 3.0, 2.0], [2.0, 5.0, 2.0],
+        [0.0, 0.0, 0.0],
+        [3.0, 0.0, 0.0],
+        [3.0, 3.0, 0.0],
+        [0.0, 3.0, 0.0],
+        [-1.0, -1.0, 2.0],
+        [5.0, 2.0, 2.0],
+        [3.0, 3.0, 2.0],
+        [2.0, 5.0, 2.0],
     ];
     let t = vec![[0u32, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]];
     // Face 0 has its centroid at (2, 1), face 1 at (1, 2); the top's diagonal 4-6 is x = y: move the top to suit.
@@ -204,7 +211,8 @@ fn hostile_input_is_answered() {
     assert!(width(&p, &[[0, 1, 3]])[0].is_nan());
     // A hundred thousand copies of one triangle, and of a point.
     assert!(width(&p, &vec![[0, 1, 2]; 100_000]).iter().all(|d| d.is_nan()));
-    let line: Vec<[f64; 3]> = (0..3000).map(|k| [1.5f64.powi(k - 1500), 1.5f64.powi(k - 1501), (k % 2) as f64]).collect();
+    let line: Vec<[f64; 3]> =
+        (0..3000).map(|k| [1.5f64.powi(k - 1500), 1.5f64.powi(k - 1501), (k % 2) as f64]).collect();
     let fan: Vec<[u32; 3]> = (0..2998).map(|k| [k, k + 1, k + 2]).collect();
     assert_eq!(width(&line, &fan).len(), 2998);
     // Near the ends of the range of doubles.

@@ -22,7 +22,7 @@
 use super::bvh::{RayMesh, SAME_SURFACE, along, dot, sub};
 use super::exposed::Exposed;
 use super::lanes::{Lanes, Work, with_best};
-use super::nearest::{Near, closest_on_triangle};
+use super::nearest::{Near, closest_on_segment, closest_on_triangle};
 use super::tree::Stack;
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
@@ -109,7 +109,7 @@ impl WallMesh {
         if points.len() != parents.len() || parents.iter().any(|&f| f >= faces) {
             return Err(Error::Internal("wall widths: points and parents do not match".into()));
         }
-        self.measure(points, |i| &parents[i..i + 1], job)
+        self.measure(points, Parents::One(parents), job)
     }
 
     /// Wall widths at the vertices of a surface that refines this mesh: `positions` and `triangles`, each lying in the
@@ -146,21 +146,16 @@ impl WallMesh {
                 around[start[v as usize]] = parent;
             }
         }
-        self.measure(positions, |i| &around[start[i]..start[i + 1]], job)
+        self.measure(positions, Parents::Around(&start, &around), job)
     }
 
-    fn measure<'a>(
-        &'a self,
-        points: &'a [[f64; 3]],
-        parents: impl Fn(usize) -> &'a [u32] + Sync,
-        job: &Job,
-    ) -> Result<Walls> {
-        let order = self.surface.near_each_other(points)?;
+    fn measure(&self, points: &[[f64; 3]], parents: Parents, job: &Job) -> Result<Walls> {
+        let order = near_each_other(self.surface.mesh(), points)?;
         let pieces: Result<Vec<Vec<Outcome>>> = order
             .par_chunks(CHUNK)
             .map(|piece| {
                 let mut out = try_vec(piece.len(), "wall widths")?;
-                with_best(Piece { surface: &self.surface, points, parents: &parents, piece, out: &mut out });
+                with_best(Piece { surface: &self.surface, points, parents, piece, out: &mut out });
                 job.advance(piece.len() as u64)?;
                 Ok(out)
             })
@@ -185,28 +180,46 @@ impl WallMesh {
     }
 }
 
-struct Piece<'a, F> {
+/// The faces on which each point lies.
+#[derive(Debug, Clone, Copy)]
+enum Parents<'a> {
+    One(&'a [u32]),
+    /// Where each point's list starts (and the last ends), and the lists.
+    Around(&'a [usize], &'a [u32]),
+}
+
+impl<'a> Parents<'a> {
+    fn of(self, point: usize) -> &'a [u32] {
+        match self {
+            Parents::One(parents) => &parents[point..point + 1],
+            Parents::Around(start, lists) => &lists[start[point]..start[point + 1]],
+        }
+    }
+}
+
+struct Piece<'a> {
     surface: &'a Exposed,
     points: &'a [[f64; 3]],
-    parents: &'a F,
+    parents: Parents<'a>,
     piece: &'a [u32],
     out: &'a mut Vec<Outcome>,
 }
 
-impl<'a, F: Fn(usize) -> &'a [u32]> Work for Piece<'a, F> {
+impl Work for Piece<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let mesh = self.surface.mesh();
         let mut grower = Grower { mesh, lanes, stack: Stack::new(), contacts: Vec::new(), empty: ([0.0; 3], 0.0) };
+        let mut faces = Vec::new();
         for &i in self.piece {
             let p = mesh.to_unit(self.points[i as usize]);
-            let outcome = match self.surface.exposed_among(lanes, &mut grower.stack, p, (self.parents)(i as usize)) {
-                Some(faces) => grower.grow(p, faces),
-                None => Outcome::Buried,
-            };
-            self.out.push(outcome);
+            let parents = self.parents.of(i as usize);
+            faces.clear();
+            self.surface.faces_at(p, parents, &mut faces);
+            let buried = faces.is_empty() && !parents.is_empty();
+            self.out.push(if buried { Outcome::Buried } else { grower.grow(p, &faces) });
         }
     }
 }
@@ -223,7 +236,7 @@ struct Grower<'a, L> {
 
 impl<L: Lanes> Grower<'_, L> {
     #[inline(always)]
-    fn grow(&mut self, p: [f64; 3], faces: impl Iterator<Item = u32> + Clone) -> Outcome {
+    fn grow(&mut self, p: [f64; 3], faces: &[u32]) -> Outcome {
         // --- step 1: rest on the faces at the point
         if !self.rest_on(faces) {
             return Outcome::Degenerate;
@@ -253,10 +266,10 @@ impl<L: Lanes> Grower<'_, L> {
 
     /// Contacts with the faces at the point; of faces with nearly the same normal one is enough.
     #[inline(always)]
-    fn rest_on(&mut self, faces: impl Iterator<Item = u32> + Clone) -> bool {
+    fn rest_on(&mut self, faces: &[u32]) -> bool {
         self.contacts.clear();
         for least in [FLAT, 0.0] {
-            for face in faces.clone() {
+            for &face in faces {
                 let up = self.mesh.normals[face as usize].map(|x| -x);
                 let known = self.contacts.iter().any(|c| dot(c.up, up) > 0.9999);
                 if up != [0.0; 3] && !known && self.contacts.len() < 16 && height(self.mesh.corners(face)) > least {
@@ -297,9 +310,13 @@ impl<L: Lanes> Grower<'_, L> {
             if dot(apart, apart).sqrt() + inner <= self.empty.1 {
                 break;
             }
-            let Some(found) = self.mesh.nearest(self.lanes, &mut self.stack, to, inner * inner) else {
-                self.empty = (to, inner);
-                break;
+            let outer = size * (1.0 - SLACK / 2.0);
+            let found = match self.mesh.nearest(self.lanes, &mut self.stack, to, outer * outer) {
+                Some(found) if found.d2 < inner * inner => found,
+                found => {
+                    self.empty = (to, found.map_or(outer, |f| f.d2.sqrt()));
+                    break;
+                }
             };
             // |c + s v - q|^2 = (r + s g)^2, the smaller root.
             let w = sub(c, found.point);
@@ -344,23 +361,42 @@ impl<L: Lanes> Grower<'_, L> {
 /// The shortest vector of the convex hull of the contacts' directions: moving along it the centre leaves all contacts
 /// at the same rate, the fastest possible. Zero if they surround the centre.
 fn fastest(contacts: &[Contact]) -> [f64; 3] {
-    let n = contacts.len();
     let mut best = [f64::INFINITY; 3];
     let mut least = f64::INFINITY;
-    for i in 0..n {
-        for j in 0..=i {
-            for k in 0..=j {
-                if (i == j) == (j == k) || n < 3 {
-                    let v = closest_on_triangle([0.0; 3], [contacts[i].up, contacts[j].up, contacts[k].up]);
-                    if dot(v, v) < least {
-                        (best, least) = (v, dot(v, v));
-                    }
-                }
-            }
+    let mut offer = |v: [f64; 3]| {
+        if dot(v, v) < least {
+            (best, least) = (v, dot(v, v));
+        }
+    };
+    for (i, a) in contacts.iter().enumerate() {
+        offer(a.up);
+        for (j, b) in contacts[..i].iter().enumerate() {
+            offer(closest_on_segment(a.up, b.up));
+            contacts[..j].iter().for_each(|c| offer(closest_on_triangle([0.0; 3], [a.up, b.up, c.up])));
         }
     }
     let outside = contacts.iter().all(|c| dot(c.up, best) >= least - 1e-6);
-    if outside && n > 0 { best } else { [0.0; 3] }
+    if outside && least <= 1.5 { best } else { [0.0; 3] }
+}
+
+/// The indices of the points along a curve that keeps near what is near (Morton order).
+fn near_each_other(mesh: &RayMesh, points: &[[f64; 3]]) -> Result<Vec<u32>> {
+    let spread = |x: f64| {
+        let mut v = ((x + 0.5).clamp(0.0, 1.0) * 1023.0) as u32;
+        for (shift, mask) in [(16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)] {
+            v = (v | v << shift) & mask;
+        }
+        v
+    };
+    let mut keys = try_vec(points.len(), "order of the points")?;
+    keys.extend(points.iter().enumerate().map(|(i, p)| {
+        let [x, y, z] = mesh.to_unit(*p).map(spread);
+        (x | y << 1 | z << 2, i as u32)
+    }));
+    keys.par_sort_unstable();
+    let mut order = try_vec(points.len(), "order of the points")?;
+    order.extend(keys.iter().map(|k| k.1));
+    Ok(order)
 }
 
 /// Height of a triangle over its longest side.

@@ -74,6 +74,21 @@ pub struct RawMesh {
     pub warnings: Vec<String>,
 }
 
+impl crate::mesh::MeshSource for RawMesh {
+    fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+    fn position(&self, i: usize) -> [f64; 3] {
+        self.positions[i]
+    }
+    fn face_count(&self) -> usize {
+        self.triangles.len()
+    }
+    fn triangle(&self, f: usize) -> [i64; 3] {
+        self.triangles[f].map(i64::from)
+    }
+}
+
 /// What a file may cost, besides the memory budget of the [`Job`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {

@@ -9,7 +9,6 @@ use std::f64::consts::PI;
 
 /// Half-width added to the range of directions in which a path may leave a vertex, radians.
 const SLACK: f64 = 1e-5;
-
 /// A path that bends no farther than this from where the straight one crosses an edge has the straight one's direction.
 const STRAIGHT: f64 = 1e-9;
 /// A source closer than this to an edge touches it.
@@ -38,22 +37,22 @@ pub(super) struct Wave<'a> {
     pub tolerance: f64,
 }
 
-/// A window being carried across a face: the part `from..to` of the edge ahead, as fractions from the shared vertex.
-struct Child {
-    edge: u32,
-    face: u32,
+/// One of the two edges ahead of a window, in a frame in which the end that it shares with the window's edge is (0, 0),
+/// that edge runs along x, and the apex is at (ax, ay).
+struct Ahead {
+    /// Edge ahead, coded as in [`Crossing`], and its length.
+    code: u32,
     len: f64,
-    from: f64,
-    to: f64,
+    /// The window, its source, and where the straight line from the source to the apex crosses its edge.
+    b0: f64,
+    b1: f64,
     px: f64,
-    py: f64,
-    sigma: f64,
-    /// Vertices at the shared end, at the apex, and the third one of the face.
-    shared: u32,
-    apex: u32,
-    third: u32,
-    /// Distance from the third vertex to the end of the window that is nearest to the shared vertex.
-    third_reach: f64,
+    split: f64,
+    ax: f64,
+    /// Length of the window's edge, and the vertices at its near end and its far end.
+    base: f64,
+    near: u32,
+    far: u32,
 }
 
 impl Wave<'_> {
@@ -123,78 +122,44 @@ impl Wave<'_> {
             let (bx, by) = if straight { (px - ax, -ay - py) } else { (through - ax, -ay) };
             Arrival::Corner(index, (fx * by - fy * bx).abs().atan2(fx * bx + fy * by))
         });
-        let third = |t: f64, from_x: f64| {
-            let (x, y) = (t * ax + (1.0 - t) * (c.len - from_x), t * ay);
-            ((x - from_x) * (x - from_x) + y * y).sqrt()
-        };
-        let (face, sigma, apex) = (c.face, w.sigma, c.apex);
-        if c.left & 2 != 0 && w.b0 < split {
-            let from = meet(w.b0, px, py, ax, ay);
-            let to = if w.b1 < split { meet(w.b1, px, py, ax, ay) } else { 1.0 };
-            let inv = 1.0 / c.left_len;
-            let (qx, qy) = ((ax * px - ay * py) * inv, (ax * py + ay * px) * inv);
-            let third_reach = third(from, c.len);
-            let (edge, len) = (c.left, c.left_len);
-            self.offer(Child {
-                edge,
-                face,
-                len,
-                from,
-                to,
-                px: qx,
-                py: qy,
-                sigma,
-                shared: o,
-                apex,
-                third: e,
-                third_reach,
-            });
-        }
-        if c.right & 2 != 0 && w.b1 > split {
-            // The same seen from E.
-            let (mx, mpx) = (c.len - ax, c.len - px);
-            let from = meet(c.len - w.b1, mpx, py, mx, ay);
-            let to = if w.b0 > split { meet(c.len - w.b0, mpx, py, mx, ay) } else { 1.0 };
-            let inv = 1.0 / c.right_len;
-            let (qx, qy) = ((mx * mpx - ay * py) * inv, (mx * py + ay * mpx) * inv);
-            let third_reach = third(from, 0.0);
-            let (edge, len) = (c.right, c.right_len);
-            self.offer(Child {
-                edge,
-                face,
-                len,
-                from,
-                to,
-                px: qx,
-                py: qy,
-                sigma,
-                shared: e,
-                apex,
-                third: o,
-                third_reach,
-            });
-        }
+        let (b0, b1, base) = (w.b0, w.b1, c.len);
+        self.carry(w, c, Ahead { code: c.left, len: c.left_len, b0, b1, px, split, ax, base, near: o, far: e });
+        // The same seen from E.
+        let [b0, b1, px, split, ax] = [b1, b0, px, split, ax].map(|x| base - x);
+        self.carry(w, c, Ahead { code: c.right, len: c.right_len, b0, b1, px, split, ax, base, near: e, far: o });
     }
 
-    /// Puts a carried window on its edge unless a path through a vertex is known to be shorter throughout.
+    /// Carries the part of a window that lies before `split` to an edge ahead, unless a path through a vertex is known
+    /// to be shorter throughout.
     #[inline]
-    fn offer(&mut self, c: Child) {
-        let (t0, t1, py) = (c.from * c.len, c.to * c.len, c.py.max(0.0));
-        if !(t0 < t1) || (py <= GRAZING && (c.px <= t0 || c.px >= t1)) {
+    fn carry(&mut self, w: &Window, c: &Crossing, a: Ahead) {
+        let (py, ay) = (w.py, c.ay);
+        if a.code & 2 == 0 || a.b0 >= a.split {
             return;
         }
-        let at = |t: f64| c.sigma + ((t - c.px) * (t - c.px) + py * py).sqrt();
+        let from = meet(a.b0, a.px, py, a.ax, ay);
+        let to = if a.b1 < a.split { meet(a.b1, a.px, py, a.ax, ay) } else { 1.0 };
+        let (t0, t1) = (from * a.len, to * a.len);
+        // The source in the frame of the edge ahead.
+        let (qx, qy) = ((a.ax * a.px - ay * py) / a.len, ((a.ax * py + ay * a.px) / a.len).max(0.0));
+        if !(t0 < t1) || (qy <= GRAZING && (qx <= t0 || qx >= t1)) {
+            return;
+        }
+        let at = |t: f64| w.sigma + ((t - qx) * (t - qx) + qy * qy).sqrt();
         let (d0, d1) = (at(t0), at(t1));
-        // Xin & Wang 2009: a vertex whose path to the far end is no longer makes the window useless.
-        let [shared, apex, third] = [c.shared, c.apex, c.third].map(|v| self.state.dist[v as usize]);
-        if self.useless(c.shared, shared + t1 - d1)
-            || self.useless(c.apex, apex + (c.len - t0) - d0)
-            || self.useless(c.third, third + c.third_reach - d0)
+        // Xin & Wang 2009: a vertex makes the window useless if the path through it to that end of the window which lies
+        // across all the window's paths is no longer.
+        let (x, y) = (from * a.ax - a.base, from * ay);
+        let across = (x * x + y * y).sqrt();
+        let [near, apex, far] = [a.near, c.apex, a.far].map(|v| self.state.dist[v as usize]);
+        if self.useless(a.near, near + t1 - d1)
+            || self.useless(c.apex, apex + (a.len - t0) - d0)
+            || self.useless(a.far, far + across - d0)
         {
             return;
         }
-        let (interval, px) = if c.edge & 1 == 0 { ((t0, t1), c.px) } else { ((c.len - t1, c.len - t0), c.len - c.px) };
-        self.place(Window::new(c.edge >> 2, c.face, interval, (px, py), c.sigma));
+        let (interval, qx) = if a.code & 1 == 0 { ((t0, t1), qx) } else { ((a.len - t1, a.len - t0), a.len - qx) };
+        self.place(Window::new(a.code >> 2, c.face, interval, (qx, qy), w.sigma));
     }
 
     /// Adds a window to the envelope of its edge. A window whose source touches the edge (a vertex on the long side of a

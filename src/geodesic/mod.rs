@@ -2,6 +2,7 @@
 
 pub mod eccentricity;
 pub mod heat;
+pub mod march;
 
 pub use eccentricity::{Eccentricity, Mode};
 pub use heat::{HeatOptions, HeatSolver};

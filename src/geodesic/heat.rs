@@ -9,21 +9,21 @@
 //! The paper's gradient and divergence are not formed as vectors: with the local Dirichlet operator L_f of a triangle,
 //! A_f |∇u|² = uᵀ L_f u and A_f X·∇φ_i = -(L_f u)_i / |∇u|, which is Eqs. 7 and 8 written with cotangents.
 
+use super::eccentricity::DistanceFields;
 use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::intrinsic::IntrinsicMesh;
-use crate::sparse::cholesky::Workspace;
-use crate::sparse::{Cholesky, Laplacian, Pattern, SymmetricMatrix};
+use crate::sparse::{Cholesky, LANES, Laplacian, Pattern, Row, SymmetricMatrix, Triangle};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Right-hand sides that are solved together: enough to reuse the factor from cache, few enough to stay in cache.
-pub const BLOCK: usize = 16;
-
 /// exp(-reach / sqrt(t)) of the farthest vertex stays above about 1e-174, so that its direction is still a number.
 const MAX_DECAY_LENGTHS: f64 = 400.0;
+
+/// Dirichlet energy of a triangle, its values being scaled to 1, below which their differences are rounding errors.
+const NO_GRADIENT: f64 = 1e-30;
 
 /// Largest backward error of a linear solve that is taken as solved.
 const MAX_BACKWARD_ERROR: f64 = 1e-9;
@@ -43,19 +43,21 @@ impl Default for HeatOptions {
 
 /// Both factors of the heat method on one surface, for any number of sources.
 pub struct HeatSolver {
-    laplacian: Laplacian,
+    /// Vertices and triangles inside are in elimination order: the surface's vertex v comes `place[v]`-th.
+    place: Vec<u32>,
+    triangles: Vec<Triangle>,
+    grounded: Vec<bool>,
     heat: (SymmetricMatrix, Cholesky),
     poisson: (SymmetricMatrix, Cholesky),
-    grounded: Vec<bool>,
     component: Vec<u32>,
     components: usize,
 }
 
 /// Memory of one solving thread.
 pub struct Scratch {
-    heat: Vec<f64>,
-    divergence: Vec<f64>,
-    workspace: [Workspace; 2],
+    heat: Vec<Row>,
+    divergence: Vec<Row>,
+    fields: Vec<f64>,
 }
 
 impl HeatSolver {
@@ -78,26 +80,19 @@ impl HeatSolver {
         job.advance(1)?;
 
         // --- Eq. 9: L, regular once each component has a vertex at zero
-        let mut grounded = try_filled(laplacian.vertex_count(), false, "the Laplacian")?;
-        let mut seen = try_filled(steps.len(), false, "the Laplacian")?;
-        for (v, &c) in component.iter().enumerate() {
-            let first = c == NONE || !seen[c as usize];
-            grounded[v] = first;
-            if c != NONE {
-                seen[c as usize] = true;
-            }
-        }
-        let poisson = laplacian.grounded(&grounded);
+        let ground = ground(&component, steps.len())?;
+        let poisson = laplacian.grounded(&ground);
         let poisson_factor = Cholesky::new(&pattern, &poisson)?;
         job.advance(1)?;
-        Ok(HeatSolver {
-            laplacian,
-            heat: (heat, heat_factor),
-            poisson: (poisson, poisson_factor),
-            grounded,
-            component,
-            components: steps.len(),
-        })
+
+        let order = pattern.order();
+        let mut place = try_filled(order.len(), 0, "the elimination order")?;
+        order.iter().enumerate().for_each(|(k, &v)| place[v as usize] = k as u32);
+        let mut triangles = laplacian.triangles;
+        triangles.iter_mut().for_each(|t| t.vertices = t.vertices.map(|v| place[v as usize]));
+        let grounded = order.iter().map(|&v| ground[v as usize]).collect();
+        let (heat, poisson) = ((heat, heat_factor), (poisson, poisson_factor));
+        Ok(HeatSolver { place, triangles, grounded, heat, poisson, component, components: steps.len() })
     }
 
     /// Number of vertices of the surface.
@@ -105,96 +100,70 @@ impl HeatSolver {
         self.component.len()
     }
 
-    /// Vertex-connected component of every vertex, numbered by first vertex; [`NONE`] without a triangle.
-    pub fn component(&self) -> &[u32] {
-        &self.component
-    }
-
-    /// Number of components.
-    pub fn component_count(&self) -> usize {
-        self.components
-    }
-
     /// Memory for [`HeatSolver::solve`].
     pub fn scratch(&self) -> Result<Scratch> {
-        let n = self.vertex_count() * BLOCK;
-        Ok(Scratch {
-            heat: try_filled(n, 0.0, "right-hand sides")?,
-            divergence: try_filled(n, 0.0, "right-hand sides")?,
-            workspace: [self.heat.1.workspace(BLOCK)?, self.poisson.1.workspace(BLOCK)?],
-        })
+        let rows = || try_filled(self.vertex_count(), [0.0; LANES], "right-hand sides");
+        let fields = try_filled(self.vertex_count() * LANES, 0.0, "right-hand sides")?;
+        Ok(Scratch { heat: rows()?, divergence: rows()?, fields })
     }
 
-    /// Bytes of one [`Scratch`] and its results.
-    pub fn scratch_bytes(&self) -> u64 {
-        8 * 4 * (self.vertex_count() * BLOCK) as u64
-    }
-
-    /// Distances from at most [`BLOCK`] columns of source vertices: n numbers a column, one column after the other, in
+    /// Distances from at most [`LANES`] columns of source vertices: n numbers a column, one column after the other, in
     /// model units. A column holds at most one source a component, as components do not feel each other: a vertex gets its
     /// distance from the source in its own component, NaN where there is none. A source's own distance is 0.
     pub fn solve<'s>(&self, columns: &[&[u32]], scratch: &'s mut Scratch) -> Result<&'s [f64]> {
-        let n = self.vertex_count();
-        let len = n * columns.len();
-        let (u, b) = (&mut scratch.heat[..len], &mut scratch.divergence[..len]);
+        let (u, b) = (&mut scratch.heat, &mut scratch.divergence);
 
         // --- Eq. 6: (M + t L) u = delta
-        u.fill(0.0);
-        for (u, sources) in u.chunks_exact_mut(n).zip(columns) {
-            sources.iter().for_each(|&s| u[s as usize] = 1.0);
+        u.fill([0.0; LANES]);
+        for (k, sources) in columns.iter().enumerate() {
+            sources.iter().for_each(|&s| u[self.place[s as usize] as usize][k] = 1.0);
         }
-        let first = u[..n].to_vec();
-        self.heat.1.solve_in_place(u, &mut scratch.workspace[0]);
-        certify(&self.heat.0, &u[..n], &first)?;
+        let first = self.first(u);
+        self.heat.1.solve_in_place(u);
+        certify(&self.heat.0, &self.first(u), &first)?;
 
         // --- Eqs. 7 and 8: divergence of the normalised gradient
-        for (u, b) in u.chunks_exact(n).zip(b.chunks_exact_mut(n)) {
-            self.divergence(u, b);
+        pulp::Arch::new().dispatch(Divergence { triangles: &self.triangles, u, b });
+        for (b, _) in b.iter_mut().zip(&self.grounded).filter(|(_, g)| **g) {
+            *b = [0.0; LANES];
         }
 
         // --- Eq. 9: L phi = b, with phi = 0 at the grounded vertices, then at the sources
-        let first = b[..n].to_vec();
-        self.poisson.1.solve_in_place(b, &mut scratch.workspace[1]);
-        certify(&self.poisson.0, &b[..n], &first)?;
-        for (phi, &sources) in b.chunks_exact_mut(n).zip(columns) {
+        let first = self.first(b);
+        self.poisson.1.solve_in_place(b);
+        certify(&self.poisson.0, &self.first(b), &first)?;
+        let fields = &mut scratch.fields[..self.vertex_count() * columns.len()];
+        for (k, (field, &sources)) in fields.chunks_exact_mut(self.vertex_count()).zip(columns).enumerate() {
             let mut zero = vec![f64::NAN; self.components];
-            sources.iter().for_each(|&s| zero[self.component[s as usize] as usize] = phi[s as usize]);
-            for (p, &c) in phi.iter_mut().zip(&self.component) {
-                *p -= zero.get(c as usize).copied().unwrap_or(f64::NAN);
+            for &s in sources {
+                zero[self.component[s as usize] as usize] = b[self.place[s as usize] as usize][k];
+            }
+            for ((d, &place), &c) in field.iter_mut().zip(&self.place).zip(&self.component) {
+                *d = b[place as usize][k] - zero.get(c as usize).copied().unwrap_or(f64::NAN);
             }
         }
-        Ok(b)
+        Ok(fields)
     }
 
-    /// b_i = ∫ X·∇φ_i with X = -∇u/|∇u|: the weak form of Eq. 8.
-    fn divergence(&self, u: &[f64], b: &mut [f64]) {
-        b.fill(0.0);
-        for t in &self.laplacian.triangles {
-            let corner = t.vertices.map(|v| u[v as usize]);
-            // u spans hundreds of decades: scale before squaring. Only its direction counts.
-            let largest = corner[0].abs().max(corner[1].abs()).max(corner[2].abs());
-            if largest < f64::MIN_POSITIVE {
-                continue;
-            }
-            let unit = corner.map(|c| c / largest);
-            let s = t.stiffness(unit);
-            let energy = unit[0] * s[0] + unit[1] * s[1] + unit[2] * s[2];
-            if energy > 0.0 {
-                let inverse = -(t.area / energy).sqrt(); // -1 / |∇u|
-                for k in 0..3 {
-                    b[t.vertices[k] as usize] += s[k] * inverse;
-                }
-            }
-        }
-        for (b, &g) in b.iter_mut().zip(&self.grounded) {
-            *b = if g { 0.0 } else { *b };
-        }
+    /// The first column of a block, in the surface's numbering.
+    fn first(&self, block: &[Row]) -> Vec<f64> {
+        self.place.iter().map(|&k| block[k as usize][0]).collect()
+    }
+}
+
+impl DistanceFields for HeatSolver {
+    const ROUND: (usize, usize) = (LANES, 8 * LANES);
+
+    fn component(&self) -> &[u32] {
+        &self.component
     }
 
-    /// Calls `take` with the number of every column and its distances (see [`HeatSolver::solve`]), blocks of columns in
-    /// parallel; returns what it returned in the order of the columns. The blocks, and so all roundings, do not depend on
-    /// the number of threads. Advances the job by one a column.
-    pub fn for_each_column<T: Send>(
+    fn component_count(&self) -> usize {
+        self.components
+    }
+
+    /// Blocks of [`LANES`] columns in parallel. The blocks, and so all roundings, do not depend on the number of threads.
+    fn for_each_column<T: Send>(
         &self,
         columns: &[&[u32]],
         job: &Job,
@@ -204,13 +173,64 @@ impl HeatSolver {
         let solve_block = |scratch: &mut Result<Scratch>, (block, columns): (usize, &[&[u32]])| -> Result<Vec<T>> {
             let scratch = scratch.as_mut().map_err(|e| e.clone())?;
             let distances = self.solve(columns, scratch)?;
-            let taken = distances.chunks_exact(n).enumerate().map(|(k, d)| take(block * BLOCK + k, d)).collect();
+            let taken = distances.chunks_exact(n).enumerate().map(|(k, d)| take(block * LANES + k, d)).collect();
             job.advance(columns.len() as u64)?;
             Ok(taken)
         };
-        let blocks = columns.par_chunks(BLOCK).enumerate().map_init(|| self.scratch(), solve_block);
+        let blocks = columns.par_chunks(LANES).enumerate().map_init(|| self.scratch(), solve_block);
         Ok(blocks.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
     }
+}
+
+/// b_i = ∫ X·∇φ_i with X = -∇u/|∇u|, the weak form of Eq. 8, for a block of heat fields.
+struct Divergence<'a> {
+    triangles: &'a [Triangle],
+    u: &'a [Row],
+    b: &'a mut [Row],
+}
+
+impl pulp::NullaryFnOnce for Divergence<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.b.fill([0.0; LANES]);
+        for t in self.triangles {
+            let [i, j, k] = t.vertices.map(|v| v as usize);
+            let mut u = [self.u[i], self.u[j], self.u[k]];
+            // Loops over lanes without branches, so that they become vector instructions.
+            for l in 0..LANES {
+                // u spans hundreds of decades: scale before squaring. Only its direction counts.
+                let scale = 1.0 / u[0][l].abs().max(u[1][l].abs()).max(u[2][l].abs()).max(f64::MIN_POSITIVE);
+                (u[0][l], u[1][l], u[2][l]) = (u[0][l] * scale, u[1][l] * scale, u[2][l] * scale);
+            }
+            let mut out = [[0.0; LANES]; 3];
+            for l in 0..LANES {
+                let s = t.stiffness([u[0][l], u[1][l], u[2][l]]);
+                let energy = u[0][l] * s[0] + u[1][l] * s[1] + u[2][l] * s[2]; // A_f |∇u|²
+                let inverse = -(t.area / energy.max(NO_GRADIENT)).sqrt(); // -1 / |∇u|
+                (out[0][l], out[1][l], out[2][l]) = (s[0] * inverse, s[1] * inverse, s[2] * inverse);
+            }
+            for (v, out) in [i, j, k].into_iter().zip(&out) {
+                for l in 0..LANES {
+                    self.b[v][l] += out[l];
+                }
+            }
+        }
+    }
+}
+
+/// The first vertex of every component, and vertices without a triangle.
+fn ground(component: &[u32], components: usize) -> Result<Vec<bool>> {
+    let mut grounded = try_filled(component.len(), false, "the Laplacian")?;
+    let mut seen = try_filled(components, false, "the Laplacian")?;
+    for (v, &c) in component.iter().enumerate() {
+        grounded[v] = c == NONE || !seen[c as usize];
+        if c != NONE {
+            seen[c as usize] = true;
+        }
+    }
+    Ok(grounded)
 }
 
 fn certify(a: &SymmetricMatrix, x: &[f64], b: &[f64]) -> Result<()> {
@@ -365,7 +385,7 @@ mod tests {
         let shape = grid_box([3.0, 1.0, 1.0], [12, 4, 4]);
         let solver = solver(&shape);
         let n = solver.vertex_count();
-        let sources: Vec<u32> = (0..BLOCK as u32).map(|k| k * 7).collect();
+        let sources: Vec<u32> = (0..LANES as u32).map(|k| k * 7).collect();
         let columns: Vec<&[u32]> = sources.chunks(1).collect();
         let block = solver.solve(&columns, &mut solver.scratch().unwrap()).unwrap().to_vec();
         for (k, &s) in sources.iter().enumerate() {

@@ -5,6 +5,7 @@
 //! formulas; [`surface`] refines the mesh to what D1 is computed on, and [`intrinsic`] makes triangles of any
 //! shape fit for that.
 
+pub mod corners;
 pub mod diagnostics;
 pub mod input;
 pub mod intrinsic;

@@ -3,5 +3,5 @@
 pub mod cholesky;
 pub mod laplacian;
 
-pub use cholesky::{Cholesky, Pattern, SymmetricMatrix};
+pub use cholesky::{Cholesky, LANES, Pattern, Row, SymmetricMatrix};
 pub use laplacian::{Laplacian, Triangle};

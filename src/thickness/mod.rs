@@ -1,1 +1,17 @@
 //! D2: widths by ray shooting.
+
+pub mod bvh;
+pub mod cone;
+mod exposed;
+pub mod inscribed;
+mod lanes;
+mod nearest;
+pub mod sdf;
+mod tree;
+pub mod wall;
+
+#[cfg(test)]
+#[path = "shapes.rs"]
+mod shapes;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,13 @@
+// Picks a few places that tell a reader where the trouble is.
+#pragma once
+
+#include "report.hpp"
+
+namespace check {
+
+// Up to `wanted` vertices that no neighbour surpasses in ratio, the highest first, each at least `apart` from the others.
+// `triangles` holds three vertex indices a face; faces with an index out of range are passed over.
+std::vector<std::uint64_t> worst_vertices(const std::vector<Point> &positions, const std::vector<std::uint32_t> &triangles,
+                                          const std::vector<double> &ratio, double apart, std::size_t wanted);
+
+} // namespace check

@@ -6,7 +6,8 @@ use super::status::ar_status;
 use crate::job::CancelToken;
 use std::sync::atomic::AtomicBool;
 
-/// A flag that any thread may raise to stop the calls that were given it. Its functions may be called by several threads at once.
+/// A flag that any thread may raise to stop the calls that were given it. Its functions may be called by several
+/// threads at once.
 pub struct ar_cancel_token {
     magic: u64,
     poisoned: AtomicBool,
@@ -42,15 +43,16 @@ pub unsafe extern "C" fn ar_cancel_token_new(token: *mut *mut ar_cancel_token, e
     }
 }
 
-/// Frees a token, also while a call that was given it still runs. NULL does nothing. AR_E_HANDLE if it is recognisably freed already.
+/// Frees a token, also while a call that was given it still runs. NULL does nothing. AR_E_HANDLE if it is
+/// recognisably freed already.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_cancel_token_free(token: *mut ar_cancel_token) -> ar_status {
     // SAFETY: as the header demands.
     unsafe { guard::free(token) }
 }
 
-/// Raises the token: calls that were given it, running or to come, return AR_E_CANCELLED soon. Safe in a signal handler if
-/// `error` is NULL and the token is live.
+/// Raises the token: calls that were given it, running or to come, return AR_E_CANCELLED soon. Safe in a signal
+/// handler if `error` is NULL and the token is live.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_cancel_token_cancel(token: *const ar_cancel_token, error: *mut ar_error) -> ar_status {
     // SAFETY: as the header demands.

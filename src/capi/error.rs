@@ -35,7 +35,8 @@ unsafe impl CStruct for ar_error {
 
 const _: () = assert!(size_of::<ar_error>() == 536 && offset_of!(ar_error, message) == 24);
 
-/// Use ar_error_init. Prepares the first `struct_size` bytes of `error`: status AR_OK, first_index AR_NONE, empty message.
+/// Use ar_error_init. Prepares the first `struct_size` bytes of `error`: status AR_OK, first_index AR_NONE, empty
+/// message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_error_init_sized(error: *mut ar_error, struct_size: u32) -> ar_status {
     // SAFETY: the caller vouches for `struct_size` writable bytes.

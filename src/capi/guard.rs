@@ -68,6 +68,10 @@ pub(super) trait Handle: Sized {
     const MAGIC: u64;
     fn magic(this: *const Self) -> *const u64;
     fn poisoned(&self) -> &AtomicBool;
+    /// A call that needs the handle exclusively runs.
+    fn busy(&self) -> bool {
+        false
+    }
 }
 
 /// What a freed handle holds in place of its magic number.
@@ -99,7 +103,9 @@ pub(super) unsafe fn free<H: Handle>(pointer: *mut H) -> ar_status {
     let body = || {
         // SAFETY: the caller vouches for the handle and that nobody else uses it.
         unsafe {
-            live(pointer)?;
+            if live(pointer)?.busy() {
+                return Err(Fail::new(AR_E_BUSY, "in use by a running call"));
+            }
             H::magic(pointer).cast_mut().write_volatile(FREED);
             drop(Box::from_raw(pointer));
         }

@@ -72,8 +72,8 @@ pub(super) unsafe fn check_out<T: CStruct>(p: *const T) -> Result<(), Fail> {
     unsafe { claimed_size(p) }.map(|_| ())
 }
 
-/// Writes `value` to the caller's struct at its own size: an older one gets less, the unknown tail of a newer one zeros.
-/// Does nothing if [`check_out`] would fail.
+/// Writes `value` to the caller's struct at its own size: an older one gets less, the unknown tail of a newer one
+/// zeros. Does nothing if [`check_out`] would fail.
 pub(super) unsafe fn write<T: CStruct>(p: *mut T, value: T) {
     const SKIP: usize = size_of::<u32>(); // struct_size stays the caller's
     // SAFETY: `size` bytes are writable as the caller vouches.

@@ -18,12 +18,13 @@ pub const AR_STAGE_GEODESIC: u32 = 4;
 /// Partition into features.
 pub const AR_STAGE_SEGMENT: u32 = 5;
 
-/// Called some 30 times a second with the fraction done (0 to 1, never falling, 1 at the end) and the AR_STAGE_*. Return 0 to go
-/// on, anything else to cancel. Called only on the thread that made the call; `user` is passed through. It must return: no exception
-/// and no longjmp may leave it (armesh.hpp carries exceptions across).
+/// Called some 30 times a second with the fraction done (0 to 1, never falling, 1 at the end) and the AR_STAGE_*.
+/// Return 0 to go on, anything else to cancel. Called only on the thread that made the call; `user` is passed
+/// through. It must return: no exception and no longjmp may leave it (armesh.hpp carries exceptions across).
 pub type ar_progress_fn = Option<unsafe extern "C" fn(user: *mut c_void, fraction: f64, stage: u32) -> i32>;
 
-/// Name of a stage, such as "thickness", to show beside a progress bar; "unknown" for other numbers. Never NULL, static.
+/// Name of a stage, such as "thickness", to show beside a progress bar; "unknown" for other numbers. Never NULL,
+/// static.
 #[unsafe(no_mangle)]
 pub extern "C" fn ar_stage_name(stage: u32) -> *const c_char {
     const NAMES: [&str; 6] = ["mesh\0", "surface\0", "thickness\0", "factor\0", "geodesic\0", "segment\0"];

@@ -2,8 +2,9 @@
 
 use std::ffi::c_char;
 
-/// Version of the interface as a number: the one in the library's SONAME (libarmesh.so.0). It changes when a program built against
-/// the older header could no longer run; functions, codes and struct fields may be added without changing it.
+/// Version of the interface as a number: the one in the library's SONAME (libarmesh.so.0). It changes when a
+/// program built against the older header could no longer run; functions, codes and struct fields may be added
+/// without changing it.
 pub const AR_ABI_VERSION: u32 = 0;
 
 /// Version of the library, "major.minor.patch". Never NULL; lives as long as the library is loaded.

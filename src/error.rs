@@ -48,8 +48,14 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Error::Argument(m) | Error::Empty(m) | Error::Io(m) | Error::Format(m) | Error::NoMemory(m)
-            | Error::Budget(m) | Error::Numeric(m) | Error::Internal(m) => f.write_str(m),
+            Error::Argument(m)
+            | Error::Empty(m)
+            | Error::Io(m)
+            | Error::Format(m)
+            | Error::NoMemory(m)
+            | Error::Budget(m)
+            | Error::Numeric(m)
+            | Error::Internal(m) => f.write_str(m),
             Error::Index(l) | Error::NonFinite(l) | Error::Degenerate(l) => f.write_str(&l.message),
             Error::Cancelled => f.write_str("cancelled by the caller"),
         }
@@ -61,8 +67,9 @@ impl std::error::Error for Error {}
 /// A vector with room for `n` elements, or [`Error::NoMemory`] that names `what`.
 pub fn try_vec<T>(n: usize, what: &str) -> Result<Vec<T>> {
     let mut v = Vec::new();
-    v.try_reserve_exact(n)
-        .map_err(|_| Error::NoMemory(format!("out of memory: {what} needs {} bytes", n.saturating_mul(size_of::<T>()))))?;
+    v.try_reserve_exact(n).map_err(|_| {
+        Error::NoMemory(format!("out of memory: {what} needs {} bytes", n.saturating_mul(size_of::<T>())))
+    })?;
     Ok(v)
 }
 

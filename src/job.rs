@@ -194,16 +194,22 @@ mod tests {
     fn progress_rises_and_ends_at_one() {
         let job = Job::new(2, None, CancelToken::default());
         let mut seen = Vec::new();
-        let out = job.run(Some(&mut |f, s| { seen.push((f, s)); true }), || {
-            job.begin(Stage::Thickness, 0.0, 0.5, 4)?;
-            for _ in 0..4 {
-                std::thread::sleep(Duration::from_millis(40));
+        let out = job.run(
+            Some(&mut |f, s| {
+                seen.push((f, s));
+                true
+            }),
+            || {
+                job.begin(Stage::Thickness, 0.0, 0.5, 4)?;
+                for _ in 0..4 {
+                    std::thread::sleep(Duration::from_millis(40));
+                    job.advance(1)?;
+                }
+                job.begin(Stage::Geodesic, 0.5, 1.0, 1)?;
                 job.advance(1)?;
-            }
-            job.begin(Stage::Geodesic, 0.5, 1.0, 1)?;
-            job.advance(1)?;
-            Ok(7)
-        });
+                Ok(7)
+            },
+        );
         assert_eq!(out, Ok(7));
         assert!(seen.windows(2).all(|w| w[0].0 <= w[1].0), "{seen:?}");
         assert!(seen.len() > 3 && seen.last().unwrap().0 == 1.0, "{seen:?}");

@@ -1,1 +1,20 @@
 //! Triangle meshes: everything that only looks at triangles.
+//!
+//! [`input`] turns raw buffers into a checked, welded [`TriMesh`], the only mesh type of the crate; [`topology`] finds
+//! edges, shells and a consistent orientation; [`diagnostics`] says what is wrong and where; [`measure`] holds the small
+//! formulas.
+
+pub mod diagnostics;
+pub mod input;
+pub mod measure;
+pub mod topology;
+
+#[cfg(test)]
+pub mod shapes;
+
+pub use diagnostics::{Diagnostics, Finding};
+pub use input::{MeshOptions, MeshSource, TriMesh, Weld};
+pub use topology::Topology;
+
+/// "No such vertex, face or edge".
+pub const NONE: u32 = u32::MAX;

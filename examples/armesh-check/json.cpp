@@ -44,6 +44,14 @@ std::string findings(const std::vector<Finding> &all) {
     return block.done();
 }
 
+std::string strings(const std::vector<std::string> &all) {
+    Block block('[', ']', 2);
+    for (const std::string &text : all) {
+        block.add(json_string(text));
+    }
+    return block.done();
+}
+
 std::string mesh(const MeshFacts &m) {
     return Block('{', '}', 1)
         .field("vertices", number(m.vertices))
@@ -55,6 +63,7 @@ std::string mesh(const MeshFacts &m) {
         .field("bounding_box", "[" + number(m.low) + ", " + number(m.high) + "]")
         .field("unit", m.unit[0] != '\0' ? json_string(m.unit) : "null")
         .field("findings", findings(m.findings))
+        .field("warnings", strings(m.warnings))
         .done();
 }
 

@@ -1,4 +1,4 @@
-// armesh-check: measures a part's slenderness through libarmesh's public C header and says whether it is too much.
+// armesh-check: measures a part's slenderness through libarmesh's public headers and says whether it is too much.
 // Exit status: 0 under the limit, 1 at or over it, 2 wrong usage or bad input, 130 stopped by Ctrl-C.
 #include "args.hpp"
 #include "file.hpp"
@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 namespace {
 
@@ -23,10 +24,10 @@ int run(const Args &args) {
     };
     const auto json = output(args.json), csv = output(args.vertex_csv), ply = output(args.ply);
 
-    const CancelToken token = make_token();
-    const CancelOnInterrupt on_interrupt(token.get());
-    Mesh mesh;
-    const Report report = measure(args, token.get(), mesh);
+    const armesh::cancel_token token;
+    const CancelOnInterrupt on_interrupt(token);
+    std::optional<armesh::mesh> mesh;
+    const Report report = measure(args, token, mesh);
     if (std::isnan(report.summary.ratio_max)) {
         throw std::runtime_error("nothing could be measured: no vertex has both a D1 and a D2");
     }
@@ -38,7 +39,10 @@ int run(const Args &args) {
         csv->write(to_csv(report));
     }
     if (ply) {
-        save_ply(mesh, ply->temporary());
+        mesh->write_ply(ply->temporary(), armesh::quantity::ratio);
+    }
+    if (CancelOnInterrupt::interrupted()) {
+        throw armesh::error(AR_E_CANCELLED, "stopped");
     }
     for (OutputFile *file : {json.get(), csv.get(), ply.get()}) {
         if (file != nullptr) {
@@ -65,13 +69,13 @@ int main(int argc, char **argv) {
             return kUnder;
         }
         if (args.version) {
-            std::printf("armesh-check %s\n", ar_version());
+            std::printf("armesh-check %s\n", armesh::version());
             return kUnder;
         }
         part = args.part;
         return run(args);
-    } catch (const LibraryError &error) {
-        if (error.status == AR_E_CANCELLED && CancelOnInterrupt::interrupted()) {
+    } catch (const armesh::error &error) {
+        if (error.status() == AR_E_CANCELLED && CancelOnInterrupt::interrupted()) {
             std::fprintf(stderr, "armesh-check: stopped\n");
             return kInterrupted;
         }

@@ -3,7 +3,6 @@
 #include "progress.hpp"
 #include "worst.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -12,41 +11,14 @@ namespace check {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr unsigned kDefaultRays = 20;
+constexpr double kDefaultCone = 120;
 constexpr std::size_t kWorstPlaces = 5;
 constexpr double kApart = 0.1; // of the part's diagonal: closer places are one place to a reader
 
-// Calls `function(arguments..., &error)` and throws what it reports.
-template <class Function, class... Arguments> void call(Function function, Arguments... arguments) {
-    ar_error error;
-    ar_error_init(&error);
-    const ar_status status = function(arguments..., &error);
-    if (status != AR_OK) {
-        throw LibraryError(status, error.message);
-    }
-}
-
-// Asks a getter how much there is and copies it out; `row` numbers an element.
-template <class T, class Getter> std::vector<T> copy_out(Getter getter, const Mesh &mesh, std::size_t row = 1) {
-    std::size_t count = 0;
-    call(getter, mesh.get(), static_cast<T *>(nullptr), std::size_t{0}, &count);
-    std::vector<T> out(count * row);
-    call(getter, mesh.get(), out.data(), count, &count);
-    return out;
-}
-
-// No exception may leave it: it is called from inside the library.
-int32_t show_progress(void *bar, double fraction, uint32_t stage) {
-    try {
-        static_cast<ProgressBar *>(bar)->show(fraction, ar_stage_name(stage));
-    } catch (...) {
-        return 1;
-    }
-    return 0;
-}
-
 Point point(const double *p) { return {p[0], p[1], p[2]}; }
 
-const char *unit_name(uint32_t unit) {
+const char *unit_name(std::uint32_t unit) {
     switch (unit) {
     case AR_UNIT_MICRON: return "micron";
     case AR_UNIT_MM: return "mm";
@@ -58,12 +30,19 @@ const char *unit_name(uint32_t unit) {
     }
 }
 
-MeshFacts facts(const Mesh &mesh) {
-    ar_diagnostics d;
-    ar_diagnostics_init(&d);
-    call(ar_mesh_get_diagnostics, mesh.get(), &d);
-    MeshFacts out{d.vertex_count,      d.face_count,      d.components,       d.closed != 0, d.area, d.volume,
-                  point(d.bbox_min), point(d.bbox_max), unit_name(d.unit), {}};
+MeshFacts facts(const armesh::mesh &mesh) {
+    const ar_diagnostics d = mesh.diagnostics();
+    MeshFacts out;
+    out.vertices = d.welded_vertex_count;
+    out.faces = d.face_count;
+    out.components = d.components;
+    out.closed = d.closed != 0;
+    out.area = d.area;
+    out.volume = d.volume;
+    out.low = point(d.bbox_min);
+    out.high = point(d.bbox_max);
+    out.unit = unit_name(d.unit);
+    out.warnings = mesh.warnings();
     const auto add = [&](const char *key, const char *words, const ar_finding &f, bool vertex) {
         const bool located = f.count > 0 && f.first != AR_NONE;
         out.findings.push_back({key, words, f.count, located, f.first, vertex, point(f.at)});
@@ -82,95 +61,80 @@ MeshFacts facts(const Mesh &mesh) {
     return out;
 }
 
-Summary summarise(const Mesh &mesh) {
-    ar_summary s;
-    ar_summary_init(&s);
-    call(ar_get_summary, mesh.get(), &s);
-    const auto at = [](const ar_place &place) { return point(place.position); };
-    return {s.d1_max,
-            s.d1_mean,
-            s.d2_max,
-            s.d2_mean,
-            s.d2_min,
-            s.ratio_max,
-            s.ratio_mean,
-            s.vertex_ratio_max,
-            at(s.d1_max_at),
-            at(s.d1_max_other),
-            at(s.d2_max_at),
-            at(s.d2_min_at),
-            at(s.vertex_ratio_max_at),
-            s.undefined_vertices,
-            s.solves,
-            0.0};
+Summary summarise(const armesh::mesh &mesh) {
+    const ar_summary s = mesh.summary();
+    Summary out;
+    out.d1_max = s.d1_max;
+    out.d1_mean = s.d1_mean;
+    out.d2_max = s.d2_max;
+    out.d2_mean = s.d2_mean;
+    out.d2_min = s.d2_min;
+    out.ratio_max = s.ratio_max;
+    out.ratio_mean = s.ratio_mean;
+    out.vertex_ratio_max = s.vertex_ratio_max;
+    out.d1_max_at = point(s.d1_max_at.position);
+    out.d1_max_far = point(s.d1_max_other.position);
+    out.d2_max_at = point(s.d2_max_at.position);
+    out.d2_min_at = point(s.d2_min_at.position);
+    out.vertex_ratio_max_at = point(s.vertex_ratio_max_at.position);
+    out.unmeasured = s.undefined_vertices;
+    out.solves = s.solves;
+    return out;
 }
 
-void find_worst(Report &report, const Mesh &mesh) {
-    const std::vector<uint32_t> triangles = copy_out<uint32_t>(ar_mesh_get_triangles, mesh, 3);
-    const std::vector<uint32_t> farthest = copy_out<uint32_t>(ar_get_vertex_farthest, mesh);
+std::vector<Place> find_worst(const Report &report, const armesh::mesh &mesh) {
+    const std::vector<std::uint32_t> farthest = mesh.vertex_farthest();
     const Point &low = report.mesh.low, &high = report.mesh.high;
     const double apart = kApart * std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    for (const auto v : worst_vertices(report.positions, triangles, report.ratio, apart, kWorstPlaces)) {
+    std::vector<Place> out;
+    for (const auto v : worst_vertices(report.positions, mesh.triangles(), report.ratio, apart, kWorstPlaces)) {
         const bool known = farthest[v] < report.positions.size();
         const Point far = known ? report.positions[farthest[v]] : Point{nan, nan, nan};
-        report.worst.push_back({v, report.positions[v], far, report.d1[v], report.d2[v], report.ratio[v]});
+        out.push_back({v, report.positions[v], far, report.d1[v], report.d2[v], report.ratio[v]});
     }
+    return out;
 }
 
 } // namespace
 
-CancelToken make_token() {
-    ar_cancel_token *token = nullptr;
-    call(ar_cancel_token_new, &token);
-    return CancelToken(token);
-}
-
-Report measure(const Args &args, ar_cancel_token *token, Mesh &mesh) {
+Report measure(const Args &args, const armesh::cancel_token &token, std::optional<armesh::mesh> &loaded) {
     const auto start = std::chrono::steady_clock::now();
     ProgressBar bar(!args.quiet);
+    const auto progress = [&](double fraction, armesh::stage now) {
+        bar.show(fraction, armesh::name(now));
+        return true;
+    };
 
-    ar_load_options load;
-    ar_load_options_init(&load);
-    load.threads = args.threads;
-    load.progress = show_progress;
-    load.user = &bar;
-    load.cancel = token;
-    ar_mesh *loaded = nullptr;
-    call(ar_mesh_load, args.part.c_str(), &load, &loaded);
-    mesh.reset(loaded);
+    armesh::mesh_options intake;
+    intake.threads = args.threads;
+    intake.progress = progress;
+    intake.cancel = &token;
+    armesh::mesh &mesh = loaded.emplace(armesh::mesh::load(args.part, intake));
 
-    ar_compute_options options;
-    ar_compute_options_init(&options);
+    armesh::compute_options options;
     options.threads = args.threads;
-    options.rays = args.rays;
-    options.cone_angle = args.cone_degrees * kPi / 180;
-    options.progress = show_progress;
-    options.user = &bar;
-    options.cancel = token;
-    call(ar_compute, mesh.get(), &options);
+    options.progress = progress;
+    options.cancel = &token;
+    options.rays = args.rays != 0 ? args.rays : kDefaultRays;
+    const double cone = args.cone_degrees != 0 ? args.cone_degrees : kDefaultCone;
+    options.cone_angle = cone * kPi / 180;
+    mesh.compute(options);
 
     Report report;
     report.args = args;
-    report.library_version = ar_version();
-    report.rays = args.rays != 0 ? args.rays : 20;
-    report.cone_degrees = args.cone_degrees != 0 ? args.cone_degrees : 120;
+    report.library_version = armesh::version();
+    report.rays = options.rays;
+    report.cone_degrees = cone;
     report.mesh = facts(mesh);
     report.summary = summarise(mesh);
-    const std::vector<double> xyz = copy_out<double>(ar_mesh_get_positions, mesh, 3);
-    for (std::size_t v = 0; v + 2 < xyz.size(); v += 3) {
-        report.positions.push_back(point(&xyz[v]));
-    }
-    report.d1 = copy_out<double>(ar_get_vertex_d1, mesh);
-    report.d2 = copy_out<double>(ar_get_vertex_d2, mesh);
-    report.ratio = copy_out<double>(ar_get_vertex_ratio, mesh);
-    find_worst(report, mesh);
+    report.positions = mesh.positions();
+    report.d1 = mesh.vertex_d1();
+    report.d2 = mesh.vertex_d2();
+    report.ratio = mesh.vertex_ratio();
+    report.worst = find_worst(report, mesh);
     report.summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return report;
-}
-
-void save_ply(const Mesh &mesh, const std::string &path) {
-    call(ar_mesh_write_ply, mesh.get(), path.c_str(), uint32_t{AR_RATIO});
 }
 
 } // namespace check

@@ -15,13 +15,13 @@ namespace check {
 namespace {
 
 volatile std::sig_atomic_t interrupt_seen = 0;
-ar_cancel_token *volatile interrupt_token = nullptr;
+const ar_cancel_token *volatile interrupt_token = nullptr;
 
 extern "C" void on_interrupt(int signal) {
     std::signal(signal, SIG_DFL);
     interrupt_seen = 1;
     if (interrupt_token != nullptr) {
-        ar_cancel_token_cancel(interrupt_token, nullptr); // an atomic store: safe here
+        ar_cancel_token_cancel(interrupt_token, nullptr); // safe in a signal handler
     }
 }
 
@@ -53,8 +53,8 @@ void ProgressBar::show(double fraction, const char *stage) {
     }
 }
 
-CancelOnInterrupt::CancelOnInterrupt(ar_cancel_token *token) {
-    interrupt_token = token;
+CancelOnInterrupt::CancelOnInterrupt(const armesh::cancel_token &token) {
+    interrupt_token = token.get();
     std::signal(SIGINT, on_interrupt);
 }
 

@@ -1,7 +1,7 @@
 // The progress bar, and Ctrl-C.
 #pragma once
 
-#include <armesh.h>
+#include <armesh.hpp>
 
 #include <string>
 
@@ -24,7 +24,7 @@ class ProgressBar {
 // While one lives, Ctrl-C raises `token`; a second Ctrl-C ends the program at once.
 class CancelOnInterrupt {
   public:
-    explicit CancelOnInterrupt(ar_cancel_token *token);
+    explicit CancelOnInterrupt(const armesh::cancel_token &token);
     ~CancelOnInterrupt();
 
     // True after Ctrl-C.

@@ -30,6 +30,7 @@ struct MeshFacts {
     Point low, high; // bounding box
     const char *unit; // "" if the file does not say
     std::vector<Finding> findings;
+    std::vector<std::string> warnings; // what was odd in the file, a sentence each
 };
 
 // A place on the part with its length, width and slenderness.
@@ -45,7 +46,7 @@ struct Summary {
     Point d1_max_at, d1_max_far, d2_max_at, d2_min_at, vertex_ratio_max_at;
     std::uint64_t unmeasured; // vertices without a ratio
     std::uint64_t solves;     // geodesic solves
-    double seconds;           // everything from the file to the numbers
+    double seconds = 0;       // everything from the file to the numbers
 };
 
 struct Report {

@@ -27,6 +27,9 @@ void mesh_facts(std::string &out, const MeshFacts &mesh) {
     line(out, "  %s x %s x %s %s, from %s to %s", shown(size[0]).c_str(), shown(size[1]).c_str(),
          shown(size[2]).c_str(), unit.c_str(), shown(mesh.low).c_str(), shown(mesh.high).c_str());
     line(out, "  area %s, volume %s", shown(mesh.area, 5).c_str(), shown(mesh.volume, 5).c_str());
+    for (const std::string &warning : mesh.warnings) {
+        line(out, "  warning: %s", warning.c_str());
+    }
     for (const Finding &f : mesh.findings) {
         if (f.count == 0) {
             continue;

@@ -5,15 +5,16 @@
 
 namespace check {
 
-std::vector<std::uint64_t> worst_vertices(const std::vector<Point> &positions, const std::vector<std::uint32_t> &triangles,
+std::vector<std::uint64_t> worst_vertices(const std::vector<Point> &positions,
+                                          const std::vector<std::array<std::uint32_t, 3>> &triangles,
                                           const std::vector<double> &ratio, double apart, std::size_t wanted) {
     std::vector<bool> peak(ratio.size());
     for (std::size_t v = 0; v < ratio.size(); ++v) {
         peak[v] = std::isfinite(ratio[v]);
     }
-    for (std::size_t f = 0; f + 2 < triangles.size(); f += 3) {
-        for (int k = 0; k < 3; ++k) {
-            const std::uint32_t a = triangles[f + k], b = triangles[f + (k + 1) % 3];
+    for (const auto &t : triangles) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = t[k], b = t[(k + 1) % 3];
             if (a >= ratio.size() || b >= ratio.size()) {
                 continue;
             }

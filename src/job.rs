@@ -27,6 +27,9 @@ pub enum Stage {
 }
 
 impl Stage {
+    /// Number of stages.
+    pub const COUNT: usize = 6;
+
     /// The stage's name, as shown beside a progress bar.
     pub fn name(self) -> &'static str {
         ["mesh", "surface", "thickness", "factor", "geodesic", "segment"][self as usize]

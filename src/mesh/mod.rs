@@ -6,7 +6,9 @@
 
 pub mod diagnostics;
 pub mod input;
+pub mod intrinsic;
 pub mod measure;
+pub mod surface;
 pub mod topology;
 
 #[cfg(test)]

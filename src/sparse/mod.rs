@@ -1,1 +1,7 @@
-//! Sparse operators and their factorisation.
+//! Sparse operators on surfaces and their factorisation.
+
+pub mod cholesky;
+pub mod laplacian;
+
+pub use cholesky::{Cholesky, LANES, Pattern, Row, SymmetricMatrix};
+pub use laplacian::{Laplacian, Triangle};

@@ -1,0 +1,19 @@
+//! A field as a coloured PLY file.
+
+use super::{Field, Quantity};
+use crate::error::Result;
+use crate::mesh::TriMesh;
+use std::path::Path;
+
+impl Field {
+    /// Writes welded vertices, kept faces, colours by `quantity` from its smallest to its largest value, and the scalars
+    /// `d1`, `d2` and `ratio` to a binary PLY file.
+    pub fn save_ply(&self, mesh: &TriMesh, path: &Path, quantity: Quantity) -> Result<()> {
+        let values = self.values(quantity);
+        let finite = values.iter().copied().filter(|x| x.is_finite());
+        let (lo, hi) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+        let colours: Vec<[u8; 3]> = values.iter().map(|&x| crate::io::colour_of(x, lo, hi)).collect();
+        let scalars = [("d1", self.d1.as_slice()), ("d2", &self.d2), ("ratio", &self.ratio)];
+        crate::io::save_ply(path, mesh.positions(), mesh.triangles(), Some(&colours), &scalars)
+    }
+}

@@ -1,0 +1,310 @@
+//! D1: the eccentricity of every vertex, max over u of the geodesic distance d(v, u) within its component.
+//!
+//! [`Mode::AllSources`] is the paper's definition, one distance field a vertex. [`Mode::Certified`] needs far fewer: a
+//! field from source s bounds every vertex by the triangle inequality,
+//!
+//! > max(d(s,v), ecc(s) - d(s,v)) ≤ ecc(v) ≤ ecc(s) + d(s,v),
+//!
+//! and sources are added where the bounds are farthest apart until they agree (Takes & Kosters, "Computing the
+//! eccentricity distribution of large graphs", Algorithms 6 (2013), on surfaces). Heat distances are not quite symmetric,
+//! so the bounds are padded by the asymmetry that the sources show among themselves.
+
+use super::heat::HeatSolver;
+use crate::error::{Error, Result, try_filled};
+use crate::job::Job;
+use crate::mesh::NONE;
+use crate::mesh::measure::{Vec3, distance};
+use crate::sparse::LANES;
+
+/// How many distance fields to spend.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Mode {
+    /// One from every vertex.
+    AllSources,
+    /// As many as it takes to know every vertex's value to within this relative gap, at most one from every vertex.
+    Certified {
+        /// (upper - lower) / lower at which a vertex counts as known; 0.05 is 5 %.
+        tolerance: f64,
+    },
+}
+
+/// The farthest distance of every vertex, model units; NaN at vertices without a triangle.
+#[derive(Debug, Clone)]
+pub struct Eccentricity {
+    /// The value: the largest lower bound found for d(v, farthest(v)), mostly that distance itself.
+    pub distance: Vec<f64>,
+    /// The vertex at that distance; [`NONE`] where there is none.
+    pub farthest: Vec<u32>,
+    /// No vertex is nearer to its farthest point than this, up to the accuracy of the distances themselves.
+    pub lower: Vec<f64>,
+    /// No vertex is farther from its farthest point than this, likewise.
+    pub upper: Vec<f64>,
+    /// Distance fields computed.
+    pub solves: usize,
+}
+
+/// Smallest and largest number of columns of sources between two looks at the bounds.
+const ROUND: (usize, usize) = (LANES, 8 * LANES);
+
+/// Eccentricity of every vertex of the solver's surface. `positions` of its vertices, in model units, serve to spread
+/// the sources of one round.
+pub fn eccentricity(solver: &HeatSolver, positions: &[Vec3], mode: Mode, job: &Job) -> Result<Eccentricity> {
+    match mode {
+        Mode::AllSources => all_sources(solver, job),
+        Mode::Certified { tolerance } if tolerance > 0.0 && tolerance.is_finite() => {
+            certified(solver, positions, tolerance, job)
+        }
+        Mode::Certified { tolerance } => {
+            Err(Error::Argument(format!("the D1 tolerance must be positive, not {tolerance}")))
+        }
+    }
+}
+
+/// The paper's definition: a field from every vertex. Column k holds the k-th vertex of every component.
+fn all_sources(solver: &HeatSolver, job: &Job) -> Result<Eccentricity> {
+    let members = members(solver)?;
+    let longest = members.iter().map(Vec::len).max().unwrap_or(0);
+    let columns: Vec<Vec<u32>> =
+        (0..longest).map(|k| members.iter().filter_map(|m| m.get(k).copied()).collect()).collect();
+    let far = solver.for_each_column(&slices(&columns), job, |_, field| farthest(solver, field))?;
+    let mut out = Eccentricity::unknown(solver.vertex_count())?;
+    for (&s, far) in columns.iter().zip(&far).flat_map(|(c, far)| c.iter().map(move |s| (s, far))) {
+        let (at, d) = far[solver.component()[s as usize] as usize];
+        let s = s as usize;
+        (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (d, at, d, d);
+        out.solves += 1;
+    }
+    Ok(out)
+}
+
+/// Vertices by component.
+fn members(solver: &HeatSolver) -> Result<Vec<Vec<u32>>> {
+    let mut members: Vec<Vec<u32>> = try_filled(solver.component_count(), Vec::new(), "components")?;
+    for (v, &c) in solver.component().iter().enumerate().filter(|&(_, &c)| c != NONE) {
+        members[c as usize].push(v as u32);
+    }
+    Ok(members)
+}
+
+fn slices(columns: &[Vec<u32>]) -> Vec<&[u32]> {
+    columns.iter().map(Vec::as_slice).collect()
+}
+
+/// Farthest vertex of a field and its distance, by component; the lowest vertex of equals.
+fn farthest(solver: &HeatSolver, field: &[f64]) -> Vec<(u32, f64)> {
+    let mut far = vec![(NONE, 0.0); solver.component_count()];
+    for (v, (&d, &c)) in field.iter().zip(solver.component()).enumerate() {
+        // NaN, of a vertex without a source in its component, compares false
+        if c != NONE && d > far[c as usize].1 {
+            far[c as usize] = (v as u32, d);
+        }
+    }
+    far
+}
+
+impl Eccentricity {
+    fn unknown(n: usize) -> Result<Eccentricity> {
+        let nan = || try_filled(n, f64::NAN, "eccentricities");
+        let farthest = try_filled(n, NONE, "eccentricities")?;
+        Ok(Eccentricity { distance: nan()?, lower: nan()?, upper: nan()?, farthest, solves: 0 })
+    }
+
+    /// Takes in the field of one column of sources.
+    fn update(&mut self, solver: &HeatSolver, sources: &[u32], field: &[f64]) {
+        let far = farthest(solver, field);
+        let mut source = vec![NONE; far.len()];
+        sources.iter().for_each(|&s| source[solver.component()[s as usize] as usize] = s);
+        for (v, &d) in field.iter().enumerate().filter(|(_, d)| !d.is_nan()) {
+            let c = solver.component()[v] as usize;
+            let (end, ecc) = far[c];
+            let (most, witness) = if d >= ecc - d { (d, source[c]) } else { (ecc - d, end) };
+            if most > self.distance[v] {
+                (self.distance[v], self.farthest[v]) = (most, witness);
+            }
+            self.lower[v] = self.lower[v].max(d).max(ecc - d);
+            self.upper[v] = self.upper[v].min(ecc + d);
+        }
+        for &s in sources {
+            let (at, ecc) = far[solver.component()[s as usize] as usize];
+            let s = s as usize;
+            if ecc > self.distance[s] {
+                (self.distance[s], self.farthest[s]) = (ecc, at);
+            }
+            (self.lower[s], self.upper[s]) = (ecc, ecc);
+        }
+        self.solves += sources.len();
+    }
+}
+
+/// What is known of one component between two rounds.
+struct Front {
+    members: Vec<u32>,
+    /// Sources so far.
+    solved: usize,
+    /// Largest relative amount by which a field contradicted the bounds or another field.
+    slack: f64,
+}
+
+fn certified(solver: &HeatSolver, positions: &[Vec3], tolerance: f64, job: &Job) -> Result<Eccentricity> {
+    let n = solver.vertex_count();
+    let mut state = Eccentricity::unknown(n)?;
+    let mut fronts: Vec<Front> =
+        members(solver)?.into_iter().map(|members| Front { members, solved: 0, slack: 0.0 }).collect();
+    for &v in fronts.iter().flat_map(|f| &f.members) {
+        (state.distance[v as usize], state.lower[v as usize], state.upper[v as usize]) = (0.0, 0.0, f64::INFINITY);
+    }
+    let mut done = try_filled(n, false, "sources")?;
+    loop {
+        let picks: Vec<Vec<u32>> =
+            fronts.iter().map(|f| next_sources(f, &state, &done, positions, tolerance)).collect();
+        let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
+        if longest == 0 {
+            break;
+        }
+        let columns: Vec<Vec<u32>> =
+            (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k).copied()).collect()).collect();
+        let fields = solver.for_each_column(&slices(&columns), job, |_, field| field.to_vec())?;
+        for (front, picks) in fronts.iter_mut().zip(&picks) {
+            front.slack = front.slack.max(contradiction(solver, &state, picks, &fields));
+            front.solved += picks.len();
+        }
+        for (sources, field) in columns.iter().zip(&fields) {
+            state.update(solver, sources, field);
+            sources.iter().for_each(|&s| done[s as usize] = true);
+        }
+    }
+    for front in &fronts {
+        for v in front.members.iter().map(|&v| v as usize) {
+            let pad = front.slack * state.distance[v];
+            state.lower[v] = (state.lower[v] - pad).min(state.distance[v]);
+            state.upper[v] = (state.upper[v] + pad).max(state.distance[v]);
+        }
+    }
+    Ok(state)
+}
+
+/// By how much, relatively, new fields contradict each other (d(a,b) against d(b,a)) and the bounds that earlier fields
+/// set on their eccentricities. Source `picks[k]` is in column k of `fields`.
+fn contradiction(solver: &HeatSolver, before: &Eccentricity, picks: &[u32], fields: &[Vec<f64>]) -> f64 {
+    let mut worst = 0.0f64;
+    for (i, &s) in picks.iter().enumerate() {
+        let component = solver.component()[s as usize] as usize;
+        let ecc = farthest(solver, &fields[i])[component].1;
+        let s = s as usize;
+        worst = worst.max((ecc - before.upper[s]) / ecc).max((before.lower[s] - ecc) / ecc);
+        for (j, &r) in picks.iter().enumerate().skip(i + 1) {
+            let (there, back) = (fields[i][r as usize], fields[j][s]);
+            worst = worst.max((there - back).abs() / ecc);
+        }
+    }
+    worst
+}
+
+/// The component's sources for the next round: the vertices with the widest bounds, each the worst once the ones before it
+/// are foreseen to be known; a quarter of them far ends seen so far, whose fields raise the lower bounds that all others
+/// lean on. The first round is the lowest vertex, the second takes place in any case, to see how fields contradict.
+fn next_sources(front: &Front, state: &Eccentricity, done: &[bool], positions: &[Vec3], tolerance: f64) -> Vec<u32> {
+    if front.solved == 0 {
+        return front.members[..1].to_vec();
+    }
+    let tolerance = if front.solved == 1 { 0.0 } else { tolerance };
+    let gap = |lo: f64, hi: f64| (hi - lo) / lo;
+    let bounds = |v: u32| (v, state.lower[v as usize], state.upper[v as usize]);
+    let unseen = |v: u32| Some(state.farthest[v as usize]).filter(|&f| f != NONE && !done[f as usize]);
+    let members = front.members.iter().filter(|&&v| !done[v as usize]).map(|&v| bounds(v));
+    // a value that rests on a far end without a field of its own is worth that field unless it is all but known
+    let loose = |&(v, lo, hi): &(u32, f64, f64)| {
+        gap(lo, hi) > tolerance || (gap(lo, hi) > 0.25 * tolerance && unseen(v).is_some())
+    };
+    let mut open: Vec<_> = members.filter(loose).collect();
+    let count = front.solved.clamp(ROUND.0, ROUND.1).min(open.len());
+
+    let mut sources: Vec<u32> = open.iter().filter_map(|o| unseen(o.0)).collect();
+    sources.sort_unstable();
+    sources.dedup();
+    let wide = open.iter().any(|&(_, lo, hi)| gap(lo, hi) > tolerance);
+    sources.truncate(if wide { count.div_ceil(4) } else { count });
+    for i in 0..count {
+        if i == sources.len() {
+            let wider =
+                |m: (u32, f64), &(v, lo, hi): &(u32, f64, f64)| if gap(lo, hi) > m.1 { (v, gap(lo, hi)) } else { m };
+            match open.iter().fold((NONE, tolerance), wider).0 {
+                NONE => break,
+                v => sources.push(v),
+            }
+        }
+        // once s is known to be about lower(s), its neighbours cannot exceed that by more than their distance
+        let (s, ecc) = (sources[i] as usize, state.lower[sources[i] as usize]);
+        for (v, _, hi) in &mut open {
+            *hi = hi.min(ecc + distance(positions[*v as usize], positions[s]));
+        }
+    }
+    sources
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geodesic::HeatOptions;
+    use crate::mesh::intrinsic::IntrinsicMesh;
+    use crate::mesh::shapes::{grid_box, icosphere, union};
+    use std::f64::consts::PI;
+
+    fn measure((p, t): &(Vec<Vec3>, Vec<[u32; 3]>), mode: Mode) -> Eccentricity {
+        let mesh = IntrinsicMesh::from_extrinsic(p, t).unwrap();
+        let solver = HeatSolver::new(&mesh, HeatOptions::default(), &Job::default()).unwrap();
+        eccentricity(&solver, p, mode, &Job::default()).unwrap()
+    }
+
+    #[test]
+    fn half_the_circumference_everywhere_on_a_sphere() {
+        let e = measure(&icosphere(4), Mode::AllSources);
+        assert!(e.distance.iter().all(|d| (d / PI - 1.0).abs() < 0.02));
+        assert_eq!(e.solves, 2562);
+    }
+
+    #[test]
+    fn a_rod_is_as_long_as_its_ends_are_apart() {
+        let (p, t) = grid_box([20.0, 1.0, 1.0], [80, 4, 4]);
+        let e = measure(&(p.clone(), t), Mode::AllSources);
+        let max = e.distance.iter().fold(0.0, |m: f64, &d| m.max(d));
+        assert!((max / 21.0 - 1.0).abs() < 0.03, "between the middles of the end faces: {max}");
+        let min = e.distance.iter().fold(f64::MAX, |m: f64, &d| m.min(d));
+        assert!((min / 10.5 - 1.0).abs() < 0.05, "from the middle: {min}");
+    }
+
+    #[test]
+    fn certified_bounds_hold_the_all_sources_value() {
+        let shapes = [grid_box([20.0, 1.0, 1.0], [80, 4, 4]), grid_box([1.0; 3], [14; 3]), icosphere(3)];
+        for shape in shapes.iter().chain([&union(&[shapes[0].clone(), shapes[2].clone()])]) {
+            let exact = measure(shape, Mode::AllSources);
+            for tolerance in [0.1, 0.03] {
+                let e = measure(shape, Mode::Certified { tolerance });
+                assert!(e.solves < exact.solves || tolerance < 0.1, "{} of {}", e.solves, exact.solves);
+                let mut worst = 0.0f64;
+                for v in 0..shape.0.len() {
+                    let d = exact.distance[v];
+                    assert!(
+                        e.lower[v] <= d * (1.0 + 1e-12) && d <= e.upper[v] * (1.0 + 1e-12),
+                        "{v}: {d} in {} {}",
+                        e.lower[v],
+                        e.upper[v]
+                    );
+                    worst = worst.max((e.distance[v] / d - 1.0).abs());
+                }
+                assert!(worst < tolerance + 0.05, "{worst}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_witness_is_at_the_distance() {
+        let shape = grid_box([3.0, 2.0, 1.0], [12, 8, 4]);
+        let e = measure(&shape, Mode::AllSources);
+        for v in 0..shape.0.len() {
+            let w = e.farthest[v] as usize;
+            assert!(distance(shape.0[v], shape.0[w]) <= e.distance[v] * 1.02);
+            assert!(e.distance[w] >= 0.95 * e.distance[v]);
+        }
+    }
+}

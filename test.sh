@@ -42,6 +42,10 @@ same_abi() { # against the committed description of the last release's interface
     abidiff --no-added-syms abi/armesh.abi build/lib/libarmesh.so
 }
 
+fresh_part() { # the committed part is what its generator writes
+    cargo run --quiet --release --locked --example parts -- build && cmp build/bracket.stl examples/parts/bracket.stl
+}
+
 if cargo fmt --version >/dev/null 2>&1; then
     step "rustfmt" cargo fmt --check
 fi
@@ -56,6 +60,8 @@ step "symbols" only_our_symbols
 if [ -f abi/armesh.abi ]; then
     step "abidiff" same_abi
 fi
+step "example part" fresh_part
+step "render" cargo run --quiet --release --locked --example render -- examples/parts/bracket.stl build/bracket.png
 if [ -f tests/package.sh ]; then
     step "package" sh tests/package.sh
 fi

@@ -11,7 +11,7 @@ use crate::mesh::{NONE, TriMesh};
 use crate::thickness::bvh::RayMesh;
 use crate::thickness::cone::Cone;
 use crate::thickness::inscribed::{face_widths, vertex_means};
-use crate::thickness::sdf::shape_diameters;
+use crate::thickness::sdf::sdf_values;
 use std::time::Instant;
 
 /// Which width D2 is.
@@ -111,7 +111,7 @@ fn widths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) 
     let rays = RayMesh::new(mesh.positions(), triangles, job)?;
     match options.d2 {
         D2Method::Inscribed => Ok(face_widths(&rays, &Cone::new(options.rays, options.cone_angle)?, job)?.width),
-        D2Method::ShapeDiameter => shape_diameters(&rays, options.rays, options.cone_angle, job),
+        D2Method::ShapeDiameter => sdf_values(&rays, options.rays, options.cone_angle, job),
     }
 }
 

@@ -2,6 +2,8 @@
 
 use super::{Field, Quantity};
 use crate::error::Result;
+use crate::io::colour::colour_of;
+use crate::io::{save_ply, write_ply};
 use crate::mesh::TriMesh;
 use std::path::Path;
 
@@ -12,8 +14,8 @@ impl Field {
         let values = self.values(quantity);
         let finite = values.iter().copied().filter(|x| x.is_finite());
         let (lo, hi) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
-        let colours: Vec<[u8; 3]> = values.iter().map(|&x| crate::io::colour_of(x, lo, hi)).collect();
+        let colours: Vec<[u8; 3]> = values.iter().map(|&x| colour_of(x, lo, hi)).collect();
         let scalars = [("d1", self.d1.as_slice()), ("d2", &self.d2), ("ratio", &self.ratio)];
-        crate::io::save_ply(path, mesh.positions(), mesh.triangles(), Some(&colours), &scalars)
+        save_ply(path, |out| write_ply(out, mesh.positions(), mesh.triangles(), Some(&colours), &scalars))
     }
 }

@@ -42,8 +42,7 @@ impl Default for HeatOptions {
 
 /// Both factors of the heat method on one surface, for any number of sources.
 pub struct HeatSolver {
-    /// Vertices and triangles inside are in elimination order; `order[k]` is the surface's vertex that comes k-th.
-    order: Vec<u32>,
+    /// Vertices and triangles inside are in elimination order: the surface's vertex v comes `place[v]`-th.
     place: Vec<u32>,
     triangles: Vec<Triangle>,
     grounded: Vec<bool>,
@@ -92,7 +91,7 @@ impl HeatSolver {
         triangles.iter_mut().for_each(|t| t.vertices = t.vertices.map(|v| place[v as usize]));
         let grounded = order.iter().map(|&v| ground[v as usize]).collect();
         let (heat, poisson) = ((heat, heat_factor), (poisson, poisson_factor));
-        Ok(HeatSolver { order, place, triangles, grounded, heat, poisson, component, components: steps.len() })
+        Ok(HeatSolver { place, triangles, grounded, heat, poisson, component, components: steps.len() })
     }
 
     /// Number of vertices of the surface.

@@ -140,7 +140,15 @@ impl Cholesky {
         let regularization = LltRegularization::default();
         pattern
             .0
-            .factorize_numeric_llt(&mut values, matrix, Side::Lower, regularization, Par::Seq, stack, Default::default())
+            .factorize_numeric_llt(
+                &mut values,
+                matrix,
+                Side::Lower,
+                regularization,
+                Par::Seq,
+                stack,
+                Default::default(),
+            )
             .map_err(|e| Error::Numeric(format!("the Laplacian is not positive definite: {e:?}")))?;
         match pattern.0.raw() {
             SymbolicCholeskyRaw::Supernodal(symbolic) => Cholesky::repack(SupernodalLltRef::new(symbolic, &values)),

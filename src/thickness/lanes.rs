@@ -1,0 +1,281 @@
+//! The two inner loops of ray shooting, eight boxes and four triangles at a time: once in plain Rust (any processor) and
+//! once for x86-64-v3 (AVX2), picked at run time by [`with_best`]. Both give the same hits: box tests are conservative,
+//! so their rounding does not matter, and the triangle test uses the same operations in the same order, without fused
+//! multiply-add.
+
+use super::tree::{Block, Node};
+
+/// A ray prepared for both tests: single precision for the boxes, double precision and shear for the triangles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ray {
+    /// Origin, rounded, and reciprocal direction, kept finite.
+    pub o32: [f32; 3],
+    pub inv: [f32; 3],
+    /// Index into [`Node::bounds`] of the plane that the ray meets first, on each axis; the other is 3 away.
+    pub near: [usize; 3],
+    /// Origin in double precision.
+    pub o: [f64; 3],
+    /// Axes after the permutation that makes the last one the longest of the direction and keeps the winding.
+    pub k: [usize; 3],
+    /// Shear x and y, and scale z.
+    pub s: [f64; 3],
+}
+
+/// Directions smaller than this move a ray less than the padding of the boxes over its whole length.
+const SMALLEST: f32 = 1e-18;
+
+impl Ray {
+    /// The ray from `o` along the unit vector `d`.
+    #[inline(always)]
+    pub fn new(o: [f64; 3], d: [f64; 3]) -> Ray {
+        let d32 = d.map(|x| x as f32);
+        let inv = d32.map(|x| if x.abs() < SMALLEST { (1.0 / SMALLEST).copysign(x) } else { 1.0 / x });
+        let near = std::array::from_fn(|a| if inv[a] < 0.0 { a + 3 } else { a });
+        let [x, y, z] = d.map(f64::abs);
+        let kz = if x > y && x > z {
+            0
+        } else if y > z {
+            1
+        } else {
+            2
+        };
+        let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
+        if d[kz] < 0.0 {
+            std::mem::swap(&mut kx, &mut ky);
+        }
+        let sz = 1.0 / d[kz];
+        Ray { o32: o.map(|x| x as f32), inv, near, o, k: [kx, ky, kz], s: [d[kx] * sz, d[ky] * sz, sz] }
+    }
+}
+
+/// What a ray meets in one block.
+pub(super) struct BlockHits {
+    /// Ray parameter of each lane.
+    pub t: [f64; 4],
+    /// Lanes that are hit with `tmin < t <= tmax`.
+    pub hit: u32,
+    /// Lanes whose outward side faces away from the ray's origin: the ray leaves the solid there.
+    pub exit: u32,
+}
+
+/// The inner loops, for one instruction set.
+pub(super) trait Lanes: Copy + Send + Sync {
+    /// Children of `node` whose boxes the ray enters before `tmax`, as a bit mask, and where it enters each.
+    fn boxes(self, node: &Node, ray: &Ray, tmax: f32, enter: &mut [f32; 8]) -> u32;
+    /// Watertight ray-triangle tests (Woop, Benthin, Wald 2013) in double precision.
+    fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits;
+    /// Squared distance of `p` to each child's box, and the children nearer than the squared distance `limit`.
+    fn distances(self, node: &Node, p: [f32; 3], limit: f32, d2: &mut [f32; 8]) -> u32;
+}
+
+/// The far side of a box is pushed out by this factor, more than the rounding of the slab test (Ize 2013).
+const FAR: f32 = 1.0 + 8.0 * f32::EPSILON;
+
+/// Any processor.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Portable;
+
+#[inline(always)]
+fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn boxes(self, node: &Node, ray: &Ray, tmax: f32, enter: &mut [f32; 8]) -> u32 {
+        let mut exit = [tmax; 8];
+        *enter = [0.0; 8];
+        for a in 0..3 {
+            let near = &node.bounds[ray.near[a]];
+            let far = &node.bounds[(ray.near[a] + 3) % 6];
+            for k in 0..8 {
+                enter[k] = max((near[k] - ray.o32[a]) * ray.inv[a], enter[k]);
+                exit[k] = min((far[k] - ray.o32[a]) * ray.inv[a] * FAR, exit[k]);
+            }
+        }
+        (0..8).fold(0, |mask, k| mask | (((enter[k] <= exit[k]) as u32) << k))
+    }
+
+    #[inline(always)]
+    fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits {
+        let mut out = BlockHits { t: [0.0; 4], hit: 0, exit: 0 };
+        let [kx, ky, kz] = ray.k;
+        for k in 0..4 {
+            let [a, b, c] = [0, 1, 2].map(|v| {
+                let z = block.v[v][kz][k] - ray.o[kz];
+                let x = (block.v[v][kx][k] - ray.o[kx]) - ray.s[0] * z;
+                let y = (block.v[v][ky][k] - ray.o[ky]) - ray.s[1] * z;
+                [x, y, z]
+            });
+            let u = c[0] * b[1] - c[1] * b[0];
+            let v = a[0] * c[1] - a[1] * c[0];
+            let w = b[0] * a[1] - b[1] * a[0];
+            let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+            let det = (u + v) + w;
+            let t = ((u * a[2] + v * b[2]) + w * c[2]) * ray.s[2] / det;
+            out.t[k] = t;
+            out.hit |= ((inside && t > tmin && t <= tmax) as u32) << k;
+            out.exit |= ((det < 0.0) as u32) << k;
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn distances(self, node: &Node, p: [f32; 3], limit: f32, d2: &mut [f32; 8]) -> u32 {
+        *d2 = [0.0; 8];
+        for a in 0..3 {
+            for k in 0..8 {
+                let d = max(max(node.bounds[a][k] - p[a], p[a] - node.bounds[a + 3][k]), 0.0);
+                d2[k] += d * d;
+            }
+        }
+        (0..8).fold(0, |mask, k| mask | (((d2[k] < limit) as u32) << k))
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod v3 {
+    use super::*;
+    use core::arch::x86_64::{__m256, __m256d, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ};
+    use pulp::x86::V3;
+
+    #[inline(always)]
+    fn ps(v: &[f32; 8]) -> __m256 {
+        pulp::cast(*v)
+    }
+
+    #[inline(always)]
+    fn pd(v: &[f64; 4]) -> __m256d {
+        pulp::cast(*v)
+    }
+
+    impl Lanes for V3 {
+        #[inline(always)]
+        fn boxes(self, node: &Node, ray: &Ray, tmax: f32, enter: &mut [f32; 8]) -> u32 {
+            let i = self.avx;
+            let mut near = i._mm256_setzero_ps();
+            let mut far = i._mm256_set1_ps(tmax);
+            let slack = i._mm256_set1_ps(FAR);
+            for a in 0..3 {
+                let inv = i._mm256_set1_ps(ray.inv[a]);
+                let shift = i._mm256_set1_ps(ray.o32[a] * ray.inv[a]);
+                let n = self.fma._mm256_fmsub_ps(ps(&node.bounds[ray.near[a]]), inv, shift);
+                let f = self.fma._mm256_fmsub_ps(ps(&node.bounds[(ray.near[a] + 3) % 6]), inv, shift);
+                near = i._mm256_max_ps(n, near);
+                far = i._mm256_min_ps(i._mm256_mul_ps(f, slack), far);
+            }
+            *enter = pulp::cast(near);
+            i._mm256_movemask_ps(i._mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as u32
+        }
+
+        #[inline(always)]
+        fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits {
+            // Macros rather than closures: a closure would not be compiled for this instruction set.
+            let i = self.avx;
+            macro_rules! sub {
+                ($a:expr, $b:expr) => {
+                    i._mm256_sub_pd($a, $b)
+                };
+            }
+            macro_rules! mul {
+                ($a:expr, $b:expr) => {
+                    i._mm256_mul_pd($a, $b)
+                };
+            }
+            macro_rules! add {
+                ($a:expr, $b:expr) => {
+                    i._mm256_add_pd($a, $b)
+                };
+            }
+            macro_rules! and {
+                ($a:expr, $b:expr) => {
+                    i._mm256_and_pd($a, $b)
+                };
+            }
+            let [kx, ky, kz] = ray.k;
+            let (ox, oy, oz) = (i._mm256_set1_pd(ray.o[kx]), i._mm256_set1_pd(ray.o[ky]), i._mm256_set1_pd(ray.o[kz]));
+            let (sx, sy, sz) = (i._mm256_set1_pd(ray.s[0]), i._mm256_set1_pd(ray.s[1]), i._mm256_set1_pd(ray.s[2]));
+            let zero = i._mm256_setzero_pd();
+            let mut corner = [[zero; 3]; 3];
+            for (v, to) in corner.iter_mut().enumerate() {
+                let z = sub!(pd(&block.v[v][kz]), oz);
+                let x = sub!(sub!(pd(&block.v[v][kx]), ox), mul!(sx, z));
+                let y = sub!(sub!(pd(&block.v[v][ky]), oy), mul!(sy, z));
+                *to = [x, y, z];
+            }
+            let [a, b, c] = corner;
+            let u = sub!(mul!(c[0], b[1]), mul!(c[1], b[0]));
+            let v = sub!(mul!(a[0], c[1]), mul!(a[1], c[0]));
+            let w = sub!(mul!(b[0], a[1]), mul!(b[1], a[0]));
+            macro_rules! ge {
+                ($a:expr) => {
+                    i._mm256_cmp_pd::<_CMP_GE_OQ>($a, zero)
+                };
+            }
+            macro_rules! le {
+                ($a:expr) => {
+                    i._mm256_cmp_pd::<_CMP_LE_OQ>($a, zero)
+                };
+            }
+            let inside = i._mm256_or_pd(and!(and!(ge!(u), ge!(v)), ge!(w)), and!(and!(le!(u), le!(v)), le!(w)));
+            if i._mm256_movemask_pd(inside) == 0 {
+                return BlockHits { t: [0.0; 4], hit: 0, exit: 0 };
+            }
+            let det = add!(add!(u, v), w);
+            let t = add!(add!(mul!(u, a[2]), mul!(v, b[2])), mul!(w, c[2]));
+            let t = i._mm256_div_pd(mul!(t, sz), det);
+            let in_range = and!(
+                i._mm256_cmp_pd::<_CMP_GT_OQ>(t, i._mm256_set1_pd(tmin)),
+                i._mm256_cmp_pd::<_CMP_LE_OQ>(t, i._mm256_set1_pd(tmax))
+            );
+            BlockHits {
+                t: pulp::cast(t),
+                hit: i._mm256_movemask_pd(and!(inside, in_range)) as u32,
+                exit: i._mm256_movemask_pd(i._mm256_cmp_pd::<_CMP_LT_OQ>(det, zero)) as u32,
+            }
+        }
+
+        #[inline(always)]
+        fn distances(self, node: &Node, p: [f32; 3], limit: f32, d2: &mut [f32; 8]) -> u32 {
+            let i = self.avx;
+            let mut sum = i._mm256_setzero_ps();
+            for a in 0..3 {
+                let x = i._mm256_set1_ps(p[a]);
+                let below = i._mm256_sub_ps(ps(&node.bounds[a]), x);
+                let above = i._mm256_sub_ps(x, ps(&node.bounds[a + 3]));
+                let d = i._mm256_max_ps(i._mm256_max_ps(below, above), i._mm256_setzero_ps());
+                sum = i._mm256_add_ps(sum, i._mm256_mul_ps(d, d));
+            }
+            *d2 = pulp::cast(sum);
+            i._mm256_movemask_ps(i._mm256_cmp_ps::<_CMP_LT_OQ>(sum, i._mm256_set1_ps(limit))) as u32
+        }
+    }
+}
+
+/// Work that is compiled once per instruction set. Everything below `run` must be `#[inline(always)]` to profit.
+pub(super) trait Work {
+    type Output;
+    fn run<L: Lanes>(self, lanes: L) -> Self::Output;
+}
+
+/// Runs `work` with the best instruction set that this processor has.
+pub(super) fn with_best<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(v3) = pulp::x86::V3::try_new() {
+        struct Call<W>(W, pulp::x86::V3);
+        impl<W: Work> pulp::NullaryFnOnce for Call<W> {
+            type Output = W::Output;
+            #[inline(always)]
+            fn call(self) -> W::Output {
+                self.0.run(self.1)
+            }
+        }
+        return v3.vectorize(Call(work, v3));
+    }
+    work.run(Portable)
+}

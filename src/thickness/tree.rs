@@ -1,0 +1,134 @@
+//! The eight-wide tree that rays walk: boxes in single precision, padded outward, and triangles in double precision.
+
+use super::lanes::{Lanes, Ray};
+
+/// Eight child boxes side by side.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct Node {
+    /// Lower x, y, z and upper x, y, z of each child.
+    pub bounds: [[f32; 8]; 6],
+    /// Index of the child in the tree's nodes, or of a block with [`LEAF`] set.
+    pub child: [u32; 8],
+}
+
+/// Marks a child that is a block of triangles.
+pub(super) const LEAF: u32 = 1 << 31;
+
+impl Node {
+    /// A node whose boxes no ray enters.
+    pub const EMPTY: Node = {
+        let (lo, hi) = ([1e30; 8], [-1e30; 8]);
+        Node { bounds: [lo, lo, lo, hi, hi, hi], child: [0; 8] }
+    };
+}
+
+/// Four triangles side by side.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct Block {
+    /// Coordinates by corner, axis and lane.
+    pub v: [[[f64; 4]; 3]; 3],
+    /// Face ids, [`NO_FACE`] in lanes that hold no triangle.
+    pub face: [u32; 4],
+}
+
+/// Stands for no face.
+pub(super) const NO_FACE: u32 = u32::MAX;
+
+impl Block {
+    /// A block that no ray hits.
+    pub const EMPTY: Block = Block { v: [[[0.0; 4]; 3]; 3], face: [NO_FACE; 4] };
+}
+
+/// One triangle met by a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hit {
+    /// Distance from the origin, in units of the tree.
+    pub t: f64,
+    /// Face id.
+    pub face: u32,
+    /// True where the ray leaves the solid (the face's outward side faces away from the origin).
+    pub exit: bool,
+}
+
+/// Nodes and blocks still to visit, with the distance at which each begins; kept between rays to spare allocations.
+pub(super) type Stack = Vec<(f32, u32)>;
+
+/// A tree over triangles. Node 0 is the root.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    pub nodes: Vec<Node>,
+    pub blocks: Vec<Block>,
+}
+
+/// A distance as the smallest single above it, so that comparing in single precision never loses a hit.
+#[inline(always)]
+pub(super) fn up(t: f64) -> f32 {
+    (t * (1.0 + 1e-6)) as f32
+}
+
+impl Tree {
+    /// Calls `visit` for triangles that the ray meets at `tmin < t <= tmax`, in no particular order; `visit` returns
+    /// the new `tmax`, beyond which the caller needs no more.
+    #[inline(always)]
+    pub fn shoot<L: Lanes>(
+        &self,
+        lanes: L,
+        stack: &mut Stack,
+        ray: &Ray,
+        tmin: f64,
+        mut tmax: f64,
+        mut visit: impl FnMut(Hit) -> f64,
+    ) {
+        stack.clear();
+        let mut tmax32 = up(tmax);
+        let mut enter = [0.0f32; 8];
+        let mut at = 0u32;
+        loop {
+            if at & LEAF == 0 {
+                let Some(node) = self.nodes.get(at as usize) else { return };
+                let mut mask = lanes.boxes(node, ray, tmax32, &mut enter);
+                let base = stack.len();
+                while mask != 0 {
+                    let k = (mask.trailing_zeros() & 7) as usize;
+                    mask &= mask - 1;
+                    stack.push((enter[k], node.child[k]));
+                }
+                sort_new(stack, base);
+            } else {
+                let Some(block) = self.blocks.get((at & !LEAF) as usize) else { return };
+                let found = lanes.triangles(block, ray, tmin, tmax);
+                let mut mask = found.hit;
+                while mask != 0 {
+                    let k = (mask.trailing_zeros() & 3) as usize;
+                    mask &= mask - 1;
+                    if block.face[k] != NO_FACE && found.t[k] <= tmax {
+                        tmax = visit(Hit { t: found.t[k], face: block.face[k], exit: found.exit >> k & 1 == 1 });
+                        tmax32 = up(tmax);
+                    }
+                }
+            }
+            at = loop {
+                match stack.pop() {
+                    Some((t, child)) if t <= tmax32 => break child,
+                    Some(_) => {}
+                    None => return,
+                }
+            };
+        }
+    }
+}
+
+/// Sorts the entries from `base` on so that the nearest is popped first.
+#[inline(always)]
+pub(super) fn sort_new(stack: &mut Stack, base: usize) {
+    let new = &mut stack[base..];
+    for i in 1..new.len() {
+        let mut j = i;
+        while j > 0 && new[j - 1].0 < new[j].0 {
+            new.swap(j - 1, j);
+            j -= 1;
+        }
+    }
+}

@@ -138,18 +138,39 @@ Mesh organic(int n) {
     return mesh;
 }
 
-Mesh box(double x, double y, double z, double step) {
-    const Point length = {x, y, z};
+std::vector<double> even(double length, double step) {
+    const int n = step > 0 ? std::max(1, static_cast<int>(std::ceil(length / step - 1e-9))) : 1;
+    std::vector<double> out;
+    for (int i = 0; i <= n; ++i) {
+        out.push_back(length * i / n);
+    }
+    return out;
+}
+
+std::vector<double> fine_in_the_middle(double length, double step, double fine) {
+    std::vector<double> out = even(length, step);
+    for (const double k : {-2.0, -1.0, 0.0, 1.0, 2.0}) {
+        const double at = 0.5 * length + k * fine;
+        out.erase(std::remove_if(out.begin(), out.end(), [&](double c) { return std::fabs(c - at) < 0.7 * fine; }), out.end());
+        out.push_back(at);
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+Mesh box(double x, double y, double z, double step) { return box({even(x, step), even(y, step), even(z, step)}); }
+
+Mesh box(const std::array<std::vector<double>, 3> &lines) {
     std::array<int, 3> n{};
     for (int k = 0; k < 3; ++k) {
-        n[k] = step > 0 ? std::max(1, static_cast<int>(std::ceil(length[k] / step - 1e-9))) : 1;
+        n[k] = static_cast<int>(lines[k].size()) - 1;
     }
     Mesh mesh;
     std::map<std::array<int, 3>, std::uint32_t> seen;
     const auto vertex = [&](const std::array<int, 3> &at) {
         const auto [it, fresh] = seen.try_emplace(at, static_cast<std::uint32_t>(mesh.points.size()));
         if (fresh) {
-            mesh.points.push_back({x * at[0] / n[0], y * at[1] / n[1], z * at[2] / n[2]});
+            mesh.points.push_back({lines[0][at[0]], lines[1][at[1]], lines[2][at[2]]});
         }
         return it->second;
     };

@@ -24,6 +24,11 @@ Mesh ellipsoid(int n, double a, double b, double c);
 Mesh organic(int n);
 // Axis-parallel box from the origin with cells no longer than `step`; step 0: 12 triangles.
 Mesh box(double x, double y, double z, double step);
+// The same on grid lines of one's own, from 0 up.
+Mesh box(const std::array<std::vector<double>, 3> &lines);
+// Grid lines over 0..length no farther apart than `step`; in the second form with five lines `fine` apart in the middle.
+std::vector<double> even(double length, double step);
+std::vector<double> fine_in_the_middle(double length, double step, double fine);
 // Cylinder along z with `sides` sides and flat ends, rings no farther apart than `step`; step 0: no inner rings.
 Mesh cylinder(double diameter, double height, int sides, double step);
 // Torus in the xy plane.

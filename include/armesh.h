@@ -502,8 +502,12 @@ ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnosti
 /// profile: the method as the paper has it.
 #define AR_PROFILE_PAPER 0
 
-/// d1_method: one heat-method source per vertex, every vertex (Eqs. 1-9): the reference.
-#define AR_D1_ALL_VERTICES 0
+/// d1_method: distances from as many vertices as it takes to know D1 of every vertex to within d1_tolerance, by the
+/// triangle inequality; the number does not grow with the mesh. The default.
+#define AR_D1_CERTIFIED 0
+
+/// d1_method: distances from every vertex (the paper's definition, the reference).
+#define AR_D1_ALL_VERTICES 1
 
 /// d2_method: diameter of an inscribed sphere, the least of l / cos(theta) over the rays (Eqs. 10-13).
 #define AR_D2_INSCRIBED 0
@@ -529,9 +533,9 @@ typedef struct ar_compute_options {
   const ar_cancel_token *cancel;
   /// AR_PROFILE_*.
   uint32_t profile;
-  /// D2: rays a face, 1 to 10 000; 0 = 20, with AR_D2_SDF 25.
+  /// D2: rays a face, 1 to 4096; 0 = 20, with AR_D2_SDF 25.
   uint32_t rays;
-  /// D2: full opening angle of the cone of rays, radians, above 0 and below pi; 0 = 2 pi / 3 (120 degrees).
+  /// D2: full opening angle of the cone of rays, radians, above 0.001 and below pi - 0.001; 0 = 2 pi / 3 (120 degrees).
   double cone_angle;
   /// D2: AR_D2_*.
   uint32_t d2_method;
@@ -539,6 +543,9 @@ typedef struct ar_compute_options {
   uint32_t d1_method;
   /// D1: m in the time step t = m * h^2 of the heat method, h the mean edge length; 1e-3 to 1e6; 0 = 1.
   double time_factor;
+  /// D1: with AR_D1_CERTIFIED the relative gap between the bounds at which a vertex counts as known, 1e-6 to 1;
+  /// 0 = 0.02. Most values are far closer than the gap.
+  double d1_tolerance;
 } ar_compute_options;
 
 /// Use ar_compute_options_init. Sets the first `struct_size` bytes of `options` to the defaults.
@@ -552,9 +559,9 @@ static inline ar_status ar_compute_options_init(ar_compute_options *options) {
 /// Computes D1, D2 and ratio of every vertex, for the getters of the section "Results".
 ///   mesh      exclusive for the length of the call.
 ///   options   NULL = defaults.
-/// On success the results replace those of an earlier call; on failure or cancel those stay. Worst case: D1 of all
-/// vertices takes O(vertices^2) time and O(vertices log vertices) memory; D2 O(rays * faces * log faces) time and
-/// O(faces) memory.
+/// On success the results replace those of an earlier call; on failure or cancel those stay. Time: D2 takes
+/// O(rays * faces * log faces); D1 one solve, about O(vertices log vertices), per source: some hundred sources with
+/// AR_D1_CERTIFIED, in the worst case (and with AR_D1_ALL_VERTICES) one per vertex. Memory: about 1.6 kB a vertex.
 ar_status ar_compute(ar_mesh *mesh,
                      const ar_compute_options *options,
                      ar_error *error);
@@ -697,9 +704,9 @@ ar_status ar_get_summary(const ar_mesh *mesh, ar_summary *summary, ar_error *err
 ///   quantity   AR_D1, AR_D2 or AR_RATIO.
 ///   edges      bins + 1 numbers, written: bin k holds edges[k] <= value < edges[k + 1], the last one its upper
 ///              edge too; from the least to the greatest value in equal steps.
-///   share      bins numbers, written: the part of the vertices in each bin; they sum to 1 (all 0 if no vertex has
-///              the quantity).
+///   share      bins numbers, written: the part of the vertices in each bin; they sum to 1.
 ///   bins       1 to 1 000 000.
+/// AR_E_ARGUMENT if no vertex has the quantity.
 ar_status ar_get_histogram(const ar_mesh *mesh,
                            uint32_t quantity,
                            double *edges,
@@ -731,9 +738,9 @@ ar_status ar_geodesic_distance(const ar_mesh *mesh,
 // Coloured PLY, to look at in MeshLab, ParaView and the like.
 // ==============================================================================================================
 
-/// Writes the welded vertices and used faces with the results as binary PLY: vertex x, y, z (double), red, green,
-/// blue (uchar, by `quantity`, blue low to red high; grey where it is NaN), d1, d2, ratio (double). Needs
-/// ar_compute.
+/// Writes the welded vertices and used faces with the results as binary PLY: vertex x, y, z (float, or double where
+/// floats would show), red, green, blue (uchar, by `quantity` on the viridis scale: dark violet for the least value,
+/// yellow for the greatest; grey where it is NaN), d1, d2, ratio (float). Needs ar_compute.
 ///   path       NUL-terminated; an existing file is replaced.
 ///   quantity   AR_D1, AR_D2 or AR_RATIO.
 ar_status ar_mesh_write_ply(const ar_mesh *mesh,

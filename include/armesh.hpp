@@ -34,7 +34,7 @@ namespace armesh {
 static_assert(sizeof(ar_error) == 536 && sizeof(ar_finding) == 40 && sizeof(ar_place) == 32, "layout");
 static_assert(sizeof(ar_diagnostics) == 560 && sizeof(ar_summary) == 312, "layout");
 static_assert(sizeof(void *) != 8 || (sizeof(ar_mesh_desc) == 112 && sizeof(ar_load_options) == 56), "layout");
-static_assert(sizeof(void *) != 8 || sizeof(ar_compute_options) == 72, "layout");
+static_assert(sizeof(void *) != 8 || sizeof(ar_compute_options) == 80, "layout");
 
 /// What a failed call reports. what() is the message: what is wrong and where.
 class error : public std::runtime_error {
@@ -88,6 +88,8 @@ private:
 
 /// Which vertices become one (AR_WELD_*).
 enum class weld : std::uint32_t { exact = AR_WELD_EXACT, none = AR_WELD_NONE, tolerance = AR_WELD_TOLERANCE };
+/// How many distance fields D1 is taken from (AR_D1_*).
+enum class d1_method : std::uint32_t { certified = AR_D1_CERTIFIED, all_vertices = AR_D1_ALL_VERTICES };
 /// How D2 is measured (AR_D2_*).
 enum class d2_method : std::uint32_t { inscribed = AR_D2_INSCRIBED, sdf = AR_D2_SDF };
 /// A result, for histograms and colours.
@@ -231,6 +233,9 @@ struct compute_options : run_options {
   armesh::d2_method d2_method = armesh::d2_method::inscribed;
   /// m in the time step m * h^2 of the heat method; 0 = 1.
   double time_factor = 0.0;
+  armesh::d1_method d1_method = armesh::d1_method::certified;
+  /// With d1_method::certified: the relative gap at which D1 of a vertex counts as known; 0 = 0.02.
+  double d1_tolerance = 0.0;
 };
 
 /// A distribution: share[k] of the vertices have edges[k] <= value < edges[k + 1].
@@ -402,6 +407,8 @@ private:
     how.cone_angle = options.cone_angle;
     how.d2_method = static_cast<std::uint32_t>(options.d2_method);
     how.time_factor = options.time_factor;
+    how.d1_method = static_cast<std::uint32_t>(options.d1_method);
+    how.d1_tolerance = options.d1_tolerance;
     detail::outcome o;
     const ar_status status = call(&how, o);
     bridge.check(o, status);

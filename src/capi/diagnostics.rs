@@ -26,7 +26,7 @@ pub const AR_UNIT_M: u32 = 6;
 
 /// How often a defect occurs, and where first.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct ar_finding {
     /// Number of occurrences.
     pub count: u64,
@@ -38,7 +38,7 @@ pub struct ar_finding {
 
 /// What ar_mesh_get_diagnostics reports.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct ar_diagnostics {
     /// sizeof(ar_diagnostics), set by ar_diagnostics_init.
     pub struct_size: u32,

@@ -13,7 +13,7 @@ pub const AR_NONE: u64 = u64::MAX;
 
 /// What went wrong. The caller owns it; one may serve many calls, but not two at once.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct ar_error {
     /// sizeof(ar_error), set by ar_error_init.
     pub struct_size: u32,

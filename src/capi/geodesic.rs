@@ -40,7 +40,7 @@ pub unsafe extern "C" fn ar_geodesic_distance(
             let start = if (source as usize) < n { m.welded(source as usize) } else { None };
             let missing = || Fail::argument(format!("vertex {source} of {n} does not exist or takes no part"));
             let start = start.ok_or_else(missing)?;
-            let distance = running(&options).run(|job| field::distance(&m.mesh, start, &how, job))?;
+            let distance = running(&options).run(|job| field::distance(&m.mesh, start as u32, &how, job))?;
             out.fill(n, |i| [m.welded(i).map_or(f64::NAN, |w| distance[w])])
         })
     }

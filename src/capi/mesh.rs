@@ -8,7 +8,8 @@ use super::progress::{Running, ar_progress_fn};
 use super::slices::{Buffers, Out};
 use super::status::*;
 use crate::field::Field;
-use crate::io::{Limits, Unit};
+use crate::io::{LOAD_UNITS, Limits, Unit};
+use crate::job::Stage;
 use crate::mesh::{MeshOptions, NONE, TriMesh, Weld};
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::offset_of;
@@ -68,7 +69,7 @@ pub const AR_MESH_SKIP_INVALID: u32 = 1;
 /// A mesh in the caller's memory, as ar_mesh_new takes it. Read during the call only; nobody may write to the
 /// buffers meanwhile.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct ar_mesh_desc {
     /// sizeof(ar_mesh_desc), set by ar_mesh_desc_init.
     pub struct_size: u32,
@@ -114,7 +115,7 @@ unsafe impl CStruct for ar_mesh_desc {
 
 /// How ar_mesh_load reads a file.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct ar_load_options {
     /// sizeof(ar_load_options), set by ar_load_options_init.
     pub struct_size: u32,
@@ -215,12 +216,13 @@ pub unsafe extern "C" fn ar_mesh_load(
             let (threads, memory_budget) = (o.threads, o.memory_budget);
             let (progress, user, cancel) = (o.progress, o.user, o.cancel);
             let running = Running { threads, memory_budget, progress, user, cancel };
-            let (made, raw) = running.run(|job| {
-                let mut raw = crate::io::load(&path, &Limits::default(), job)?;
-                let made = TriMesh::new(&raw, &options, job)?;
-                Ok((made, (raw.unit, std::mem::take(&mut raw.warnings))))
+            let (made, unit, warnings) = running.run(|job| {
+                job.begin(Stage::Mesh, 0.0, 0.7, LOAD_UNITS)?;
+                let raw = crate::io::load(&path, &Limits::default(), job)?;
+                job.begin(Stage::Mesh, 0.7, 1.0, 1)?;
+                Ok((TriMesh::new(&raw, &options, job)?, raw.unit, raw.warnings))
             })?;
-            mesh.write_unaligned(guard::leak(ar_mesh::new(made, true, raw.0, raw.1)));
+            mesh.write_unaligned(guard::leak(ar_mesh::new(made, true, unit, warnings)));
             Ok(())
         })
     }

@@ -7,9 +7,9 @@ use super::results::{field, quantity};
 use super::status::ar_status;
 use std::ffi::c_char;
 
-/// Writes the welded vertices and used faces with the results as binary PLY: vertex x, y, z (double), red, green,
-/// blue (uchar, by `quantity`, blue low to red high; grey where it is NaN), d1, d2, ratio (double). Needs
-/// ar_compute.
+/// Writes the welded vertices and used faces with the results as binary PLY: vertex x, y, z (float, or double where
+/// floats would show), red, green, blue (uchar, by `quantity` on the viridis scale: dark violet for the least value,
+/// yellow for the greatest; grey where it is NaN), d1, d2, ratio (float). Needs ar_compute.
 ///   path       NUL-terminated; an existing file is replaced.
 ///   quantity   AR_D1, AR_D2 or AR_RATIO.
 #[unsafe(no_mangle)]

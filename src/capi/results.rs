@@ -6,7 +6,7 @@ use super::mesh::ar_mesh;
 use super::options::{self, CStruct, check_enum};
 use super::slices::Out;
 use super::status::*;
-use crate::field::{self, Field, Quantity};
+use crate::field::{Field, Quantity, reason};
 use crate::mesh::NONE;
 use std::mem::offset_of;
 use std::sync::{Arc, PoisonError};
@@ -137,7 +137,7 @@ pub unsafe extern "C" fn ar_get_face_d2(
 
 /// A vertex and where it is.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct ar_place {
     /// The vertex (the first of those welded together), or AR_NONE.
     pub vertex: u64,
@@ -148,7 +148,7 @@ pub struct ar_place {
 /// The part in a few numbers. Maxima, minima and means are over the welded vertices that have the value; all NaN if
 /// none has.
 #[repr(C)]
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct ar_summary {
     /// sizeof(ar_summary), set by ar_summary_init.
     pub struct_size: u32,
@@ -195,6 +195,8 @@ unsafe impl CStruct for ar_summary {
 }
 
 const _: () = {
+    assert!(AR_REASON_UNREFERENCED == reason::UNREFERENCED && AR_REASON_NON_FINITE == reason::NOT_FINITE);
+    assert!(AR_REASON_NO_HIT == reason::NO_HIT && AR_REASON_DEGENERATE == reason::NO_AREA);
     assert!(size_of::<ar_place>() == 32);
     assert!(size_of::<ar_summary>() == 312 && offset_of!(ar_summary, d1_max_at) == 72);
     assert!(offset_of!(ar_summary, undefined_vertices) == 232 && offset_of!(ar_summary, stage_seconds) == 248);
@@ -219,7 +221,7 @@ pub unsafe extern "C" fn ar_get_summary(
     unsafe {
         guard_handle(mesh, error, |m| {
             options::check_out(summary)?;
-            options::write(summary, summarise(m, &field(m)?.summary()));
+            options::write(summary, summarise(m, field(m)?.as_ref()));
             Ok(())
         })
     }
@@ -229,9 +231,9 @@ pub unsafe extern "C" fn ar_get_summary(
 ///   quantity   AR_D1, AR_D2 or AR_RATIO.
 ///   edges      bins + 1 numbers, written: bin k holds edges[k] <= value < edges[k + 1], the last one its upper
 ///              edge too; from the least to the greatest value in equal steps.
-///   share      bins numbers, written: the part of the vertices in each bin; they sum to 1 (all 0 if no vertex has
-///              the quantity).
+///   share      bins numbers, written: the part of the vertices in each bin; they sum to 1.
 ///   bins       1 to 1 000 000.
+/// AR_E_ARGUMENT if no vertex has the quantity.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_histogram(
     mesh: *const ar_mesh,
@@ -288,13 +290,14 @@ unsafe fn copy_vertices(
     }
 }
 
-fn summarise(m: &ar_mesh, s: &field::Summary) -> ar_summary {
+fn summarise(m: &ar_mesh, field: &Field) -> ar_summary {
+    let s = field.summary();
     let place = |w: u32| match w {
         NONE => ar_place { vertex: AR_NONE, position: [f64::NAN; 3] },
         w => ar_place { vertex: m.callers_vertex(w).into(), position: m.mesh.positions()[w as usize] },
     };
     let mut stage_seconds = [0.0; 8];
-    stage_seconds[..s.stage_seconds.len()].copy_from_slice(&s.stage_seconds);
+    stage_seconds[..field.seconds.len()].copy_from_slice(&field.seconds);
     ar_summary {
         struct_size: 0,
         reserved: 0,
@@ -312,7 +315,7 @@ fn summarise(m: &ar_mesh, s: &field::Summary) -> ar_summary {
         d2_min_at: place(s.d2_min_at),
         vertex_ratio_max_at: place(s.vertex_ratio_max_at),
         undefined_vertices: s.undefined_vertices,
-        solves: s.solves,
+        solves: field.solves,
         stage_seconds,
     }
 }

@@ -39,6 +39,7 @@ TEST_CASE("boxes: D2max is the thickness, D1max the exact geodesic diameter", "[
     };
     // D2 = thickness holds at the middle of a side; next to it, x away, a ray at 45 degrees meets the neighbouring side
     // and D2 is up to 2 x less. So a rod needs a fine strip there, where a slab does not.
+    // (In the middle of its square ends no ray of twenty meets a side at 45 degrees, and D2 reads up to 2 % too much.)
     const Box box = GENERATE(values<Box>({{"slab 100 x 100 x 5", 100, 100, 5, 2.5, 0},
                                           {"slab 100 x 100 x 20", 100, 100, 20, 2.5, 0},
                                           {"cube", 10, 10, 10, 0.25, 0},
@@ -54,7 +55,7 @@ TEST_CASE("boxes: D2max is the thickness, D1max the exact geodesic diameter", "[
     const double d1 = reference::exact_diameter(shapes::box(box.x, box.y, box.z, 0), samples);
     const shapes::Mesh mesh =
         box.fine > 0 ? shapes::box({shapes::fine_in_the_middle(box.x, box.step, box.fine),
-                                    shapes::fine_in_the_middle(box.y, box.step, box.fine), shapes::even(box.z, box.step)})
+                                    shapes::even(box.y, box.step), shapes::even(box.z, box.step)})
                      : shapes::box(box.x, box.y, box.z, box.step);
     const Field field = compute(through_openmesh(mesh));
     std::printf("%-20s %6zu faces: D1max %.4g (exact %.4g, %+.1f %%), D2max %.4g (exact %.4g, %+.1f %%), largest of a face %.4g\n", box.name,

@@ -180,7 +180,7 @@ TEST_CASE("coloured PLY holds the results", "[files]") {
     check(ar_mesh_write_ply(mesh.get(), (folder / "out.ply").string().c_str(), AR_RATIO, &error), error);
     std::ifstream in(folder / "out.ply", std::ios::binary);
     std::string line;
-    std::vector<std::string> properties;
+    std::vector<std::string> types, names;
     std::size_t vertices = 0;
     bool in_vertex = false;
     while (std::getline(in, line) && line != "end_header") {
@@ -190,20 +190,35 @@ TEST_CASE("coloured PLY holds the results", "[files]") {
         } else if (line.rfind("element", 0) == 0) {
             in_vertex = false;
         } else if (in_vertex && line.rfind("property", 0) == 0) {
-            properties.push_back(line.substr(9));
+            const std::size_t space = line.find(' ', 9);
+            types.push_back(line.substr(9, space - 9));
+            names.push_back(line.substr(space + 1));
         }
     }
     CHECK(vertices == field.d1.size());
-    CHECK(properties == std::vector<std::string>{"double x", "double y", "double z", "uchar red", "uchar green", "uchar blue",
-                                                 "double d1", "double d2", "double ratio"});
+    REQUIRE(names == std::vector<std::string>{"x", "y", "z", "red", "green", "blue", "d1", "d2", "ratio"});
+    const auto value = [&](const std::string &type) -> double {
+        if (type == "uchar") {
+            return in.get();
+        }
+        if (type == "float") {
+            float v = 0;
+            in.read(reinterpret_cast<char *>(&v), sizeof v);
+            return v;
+        }
+        REQUIRE(type == "double");
+        double v = 0;
+        in.read(reinterpret_cast<char *>(&v), sizeof v);
+        return v;
+    };
     for (std::size_t v = 0; v < vertices; ++v) {
-        char row[51];
-        REQUIRE(in.read(row, sizeof row));
-        double d[3];
-        std::memcpy(d, row + 27, sizeof d);
-        CHECK(d[0] == field.d1[v]);
-        CHECK(d[1] == field.d2[v]);
-        CHECK(d[2] == field.ratio[v]);
+        std::vector<double> row;
+        for (const std::string &type : types) {
+            row.push_back(value(type));
+        }
+        CHECK(row[6] == Approx(field.d1[v]).epsilon(1e-6));
+        CHECK(row[7] == Approx(field.d2[v]).epsilon(1e-6));
+        CHECK(row[8] == Approx(field.ratio[v]).epsilon(1e-6));
     }
     // and it is a mesh again
     const Handle again = load(folder / "out.ply", error);

@@ -22,10 +22,27 @@ std::vector<Shape> parts() {
             {"cylinder", shapes::cylinder(3, 20, 20, 0.8)}};
 }
 
-void same(const Field &before, const Field &after) {
+struct Mode {
+    const char *name;
+    std::uint32_t d1;
+    double vertex; // how much the ratio of a vertex may change
+};
+
+// With AR_D1_CERTIFIED, D1 of a vertex is known to 2 % plus the asymmetry of heat distances, and which of several equally
+// far vertices becomes the next source hangs on rounding. With every vertex as a source nothing does.
+const Mode kModes[] = {{"all vertices", AR_D1_ALL_VERTICES, 1e-3}, {"certified", AR_D1_CERTIFIED, 0.05}};
+
+ar_compute_options with(const Mode &mode) {
+    ar_compute_options how = options();
+    how.d1_method = mode.d1;
+    return how;
+}
+
+void same(const Mode &mode, const Field &before, const Field &after) {
+    INFO("D1 from " << mode.name);
     CHECK(std::fabs(after.summary.ratio_max / before.summary.ratio_max - 1) <= 1e-3);
-    CHECK(std::fabs(after.summary.ratio_mean / before.summary.ratio_mean - 1) <= 1e-3);
-    CHECK(worst_relative(after.ratio, before.ratio) <= 1e-3);
+    CHECK(std::fabs(after.summary.ratio_mean / before.summary.ratio_mean - 1) <= 0.1 * mode.vertex + 9e-4);
+    CHECK(worst_relative(after.ratio, before.ratio) <= mode.vertex);
 }
 
 bool identical(const std::vector<double> &a, const std::vector<double> &b) {
@@ -35,27 +52,29 @@ bool identical(const std::vector<double> &a, const std::vector<double> &b) {
 } // namespace
 
 TEST_CASE("ratio does not depend on where the part is, how it lies or how big it is", "[invariance]") {
+    const Mode mode = GENERATE(from_range(std::begin(kModes), std::end(kModes)));
+    const auto run = [&](const shapes::Mesh &mesh) { return compute(through_openmesh(mesh), with(mode)); };
     for (const Shape &shape : parts()) {
-        const Field before = compute(through_openmesh(shape.mesh));
+        const Field before = run(shape.mesh);
         const double size = shapes::size(shape.mesh);
         for (const double angle : {0.3, 1.1, 2.0, 2.9}) {
             INFO(shape.name << " turned by " << angle);
             shapes::Mesh mesh = shape.mesh;
             shapes::rotate(mesh, angle);
-            same(before, compute(through_openmesh(mesh)));
+            same(mode, before, run(mesh));
         }
         for (const shapes::Point &by : {shapes::Point{1e6, 0, 0}, shapes::Point{-1e6, 1e6, 0.3e6}}) {
             INFO(shape.name << " moved by a million times its size");
             shapes::Mesh mesh = shape.mesh;
             shapes::translate(mesh, {by[0] * size, by[1] * size, by[2] * size});
-            same(before, compute(through_openmesh(mesh)));
+            same(mode, before, run(mesh));
         }
         for (const double factor : {1e-6, 1e6, 0.0254}) {
             INFO(shape.name << " scaled by " << factor);
             shapes::Mesh mesh = shape.mesh;
             shapes::scale(mesh, factor);
-            const Field after = compute(through_openmesh(mesh));
-            same(before, after);
+            const Field after = run(mesh);
+            same(mode, before, after);
             CHECK(std::fabs(after.summary.d1_max / (factor * before.summary.d1_max) - 1) <= 1e-3);
             CHECK(std::fabs(after.summary.d2_max / (factor * before.summary.d2_max) - 1) <= 1e-3);
         }
@@ -63,18 +82,18 @@ TEST_CASE("ratio does not depend on where the part is, how it lies or how big it
 }
 
 TEST_CASE("ratio does not depend on the order of vertices, faces and corners", "[invariance]") {
+    const Mode mode = GENERATE(from_range(std::begin(kModes), std::end(kModes)));
     for (const Shape &shape : parts()) {
-        const Field before = compute(through_openmesh(shape.mesh));
+        const Field before = compute(through_openmesh(shape.mesh), with(mode));
         for (const unsigned seed : {1u, 2u}) {
             INFO(shape.name << ", order " << seed);
             std::vector<std::uint32_t> to;
-            Field after = compute(through_openmesh(shapes::renumber(shape.mesh, seed, &to)));
-            Field back = after;
+            Field after = compute(through_openmesh(shapes::renumber(shape.mesh, seed, &to)), with(mode));
+            const std::vector<double> renumbered = after.ratio;
             for (std::size_t v = 0; v < to.size(); ++v) {
-                back.ratio[v] = after.ratio[to[v]];
-                back.d1[v] = after.d1[to[v]];
+                after.ratio[v] = renumbered[to[v]];
             }
-            same(before, back);
+            same(mode, before, after);
         }
     }
 }
@@ -103,8 +122,8 @@ TEST_CASE("results are bit-identical for every number of threads", "[invariance]
 TEST_CASE("float, double, strided and soup input give one answer", "[invariance]") {
     // powers of two: exact in float too
     const shapes::Mesh mesh = shapes::box(8, 4, 2, 0.5);
-    const Field twice = compute(through_openmesh(mesh, Precision::twice));
-    const Field single = compute(through_openmesh(mesh, Precision::single));
+    const Field twice = compute(through_openmesh(mesh, Precision::twice), with(kModes[0]));
+    const Field single = compute(through_openmesh(mesh, Precision::single), with(kModes[0]));
     CHECK(identical(twice.ratio, single.ratio));
 
     struct Record { // a slicer's vertex: float position first, other things after it
@@ -138,7 +157,7 @@ TEST_CASE("float, double, strided and soup input give one answer", "[invariance]
     Error error;
     ar_mesh *strided = nullptr;
     check(ar_mesh_new(&desc, &strided, &error), error);
-    CHECK(identical(twice.ratio, compute(Handle(strided)).ratio));
+    CHECK(identical(twice.ratio, compute(Handle(strided), with(kModes[0])).ratio));
 
     shapes::Mesh soup;
     for (const shapes::Triangle &t : mesh.triangles) {
@@ -156,7 +175,7 @@ TEST_CASE("float, double, strided and soup input give one answer", "[invariance]
     REQUIRE(welded);
     CHECK(diagnostics(welded).welded_vertex_count == mesh.points.size());
     CHECK(diagnostics(welded).closed == 1);
-    const Field from_soup = compute(welded);
+    const Field from_soup = compute(welded, with(kModes[0]));
     REQUIRE(from_soup.ratio.size() == soup.points.size());
     std::vector<double> expected;
     for (const shapes::Triangle &t : mesh.triangles) {
@@ -164,5 +183,5 @@ TEST_CASE("float, double, strided and soup input give one answer", "[invariance]
             expected.push_back(twice.ratio[v]);
         }
     }
-    CHECK(worst_relative(from_soup.ratio, expected) <= 1e-3);
+    CHECK(worst_relative(from_soup.ratio, expected) <= 1e-3); // every welded vertex has its value at all its copies
 }

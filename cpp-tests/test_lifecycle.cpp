@@ -32,15 +32,17 @@ extern "C" std::int32_t watch(void *user, double fraction, std::uint32_t stage) 
     return static_cast<int>(w.seen.size()) == w.at_call || std::int64_t{stage} == w.at_stage;
 }
 
+// Every vertex a source: work that lasts some tenths of a second, so that there is something to cancel.
 ar_compute_options watched(Watch &w) {
     ar_compute_options how = options();
+    how.d1_method = AR_D1_ALL_VERTICES;
     how.progress = watch;
     how.user = &w;
     return how;
 }
 
 const shapes::Mesh &slow_mesh() {
-    static const shapes::Mesh mesh = shapes::organic(24); // some seconds of work for a debug build, half of one for release
+    static const shapes::Mesh mesh = shapes::organic(20);
     return mesh;
 }
 
@@ -123,6 +125,7 @@ TEST_CASE("cancel token: before, during, and lowered again", "[lifecycle]") {
     check(ar_cancel_token_new(&token, &error), error);
     const Handle mesh = through_openmesh(slow_mesh());
     ar_compute_options how = options();
+    how.d1_method = AR_D1_ALL_VERTICES;
     how.cancel = token;
 
     check(ar_cancel_token_cancel(token, &error), error);

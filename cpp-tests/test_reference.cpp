@@ -23,7 +23,7 @@ std::vector<Shape> well_shaped() {
             {"ellipsoid", shapes::ellipsoid(16, 1, 1.6, 2.5)},
             {"box", shapes::box(3, 4, 5, 0.2)},
             {"torus", shapes::torus(3, 1, 120, 40)},
-            {"helix", shapes::helix(10, 8, 1.5, 4, 180, 24)},
+            {"helix", shapes::helix(10, 8, 1.5, 4, 360, 48)},
             {"organic", shapes::organic(20)}};
 }
 

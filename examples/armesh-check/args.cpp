@@ -100,7 +100,7 @@ Args parse_args(int argc, const char *const *argv) {
         } else if (word == "--threads") {
             args.threads = count(word, value, 0, 1024);
         } else if (word == "--rays") {
-            args.rays = count(word, value, 1, 10000);
+            args.rays = count(word, value, 1, 4096);
         } else if (word == "--cone") {
             args.cone_degrees = number(word, value, 1, 179);
         } else {

@@ -449,7 +449,7 @@ typedef struct ar_diagnostics {
   ar_finding unreferenced_vertices;
   /// Faces that name a vertex that does not exist. first: a face.
   ar_finding out_of_range_faces;
-  /// Faces with two corners in one point. first: a face.
+  /// Faces without three distinct, finite corners, other than out_of_range_faces. first: a face.
   ar_finding collapsed_faces;
   /// Used faces with their corners on a line. first: a face.
   ar_finding zero_area_faces;

@@ -47,6 +47,8 @@
 
 // The names are C's.
 #![allow(non_camel_case_types)]
+// What a caller must hold to is said once, in the conventions above.
+#![allow(clippy::missing_safety_doc)]
 
 pub mod cancel;
 pub mod compute;

@@ -3,7 +3,7 @@
 use super::{Field, reason};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::eccentricity::{Eccentricity, Targets, eccentricity};
-use crate::geodesic::{HeatOptions, HeatSolver, Mode};
+use crate::geodesic::{DistanceFields, HeatOptions, HeatSolver, Mode};
 use crate::job::{Job, Stage};
 use crate::mesh::intrinsic::IntrinsicMesh;
 use crate::mesh::measure::{corners, is_flat};

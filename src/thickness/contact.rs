@@ -1,0 +1,121 @@
+//! Where an inscribed sphere touches the surface, whether that holds it, and where it can grow.
+
+use super::bvh::{RayMesh, dot, sub};
+use super::nearest::{closest_on_segment, closest_on_triangle};
+
+/// Cosine of the angle between two contacts, seen from the centre, from which on they hold the sphere: 115 degrees.
+const HELD: f64 = -0.422_618_261_740_699_44;
+
+/// More contacts than this are not told apart; they would be on all sides.
+const MOST: usize = 96;
+
+/// One place where the sphere touches.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contact {
+    /// Unit vector from the contact to the centre.
+    pub up: [f64; 3],
+    pub face: u32,
+    /// Distance from the centre.
+    pub d: f64,
+}
+
+/// All of them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Contacts {
+    pub list: Vec<Contact>,
+    /// Cosine of the angle within which contacts are one.
+    same: f64,
+}
+
+impl Contacts {
+    /// Sets how far from the sphere, as a share of its radius, surface still touches it. Where it touches a plane, that
+    /// is a disk on the sphere; contacts less than a little more than its radius apart are one.
+    #[inline(always)]
+    pub fn set_tolerance(&mut self, tolerance: f64) {
+        let disk = (1.0 / (1.0 + tolerance)).acos();
+        self.same = (1.25 * disk + 0.03).cos();
+    }
+
+    /// Adds a contact, or moves a similar one closer. True if it holds the sphere together with another, both no
+    /// further than `certain`.
+    #[inline(always)]
+    pub fn add(&mut self, up: [f64; 3], face: u32, d: f64, certain: f64) -> bool {
+        let mut held = false;
+        for other in &mut self.list {
+            let cos = dot(other.up, up);
+            if cos > self.same {
+                if d < other.d {
+                    *other = Contact { up, face, d };
+                }
+                return false;
+            }
+            held |= cos <= HELD && d <= certain && other.d <= certain;
+        }
+        if self.list.len() < MOST {
+            self.list.push(Contact { up, face, d });
+        }
+        held
+    }
+
+    /// Sees the contacts' faces from a new centre and forgets those further than `reach`.
+    #[inline(always)]
+    pub fn look_from(&mut self, mesh: &RayMesh, c: [f64; 3], reach: f64) {
+        self.list.retain_mut(|contact| {
+            let away = sub(c, closest_on_triangle(c, mesh.corners(contact.face)));
+            contact.d = dot(away, away).sqrt();
+            contact.up = away.map(|x| x / contact.d);
+            contact.d < reach && contact.d > 0.0
+        });
+    }
+
+    /// Whether two contacts no further than `reach` lie on opposite sides.
+    #[inline(always)]
+    pub fn hold(&self, reach: f64) -> bool {
+        let near = |c: &&Contact| c.d <= reach;
+        let opposed = |(i, a): (usize, &Contact)| {
+            a.d <= reach && self.list[..i].iter().filter(near).any(|b| dot(a.up, b.up) <= HELD)
+        };
+        self.list.iter().enumerate().any(opposed)
+    }
+
+    /// The shortest vector of the convex hull of the contacts' directions: moving along it the centre leaves all
+    /// contacts at the same rate or faster, and no direction does better. Zero if they surround the centre.
+    pub fn fastest(&self) -> [f64; 3] {
+        let Some(first) = self.list.first() else { return [0.0; 3] };
+        // Corners of the hull's face nearest to the centre, one replaced at a time (Wolfe 1976, in three dimensions).
+        let mut face = vec![first.up];
+        let mut best = first.up;
+        for _ in 0..64 {
+            let least = dot(best, best);
+            let ahead = self.list.iter().map(|c| c.up).min_by(|a, b| dot(*a, best).total_cmp(&dot(*b, best)));
+            let Some(new) = ahead.filter(|u| dot(*u, best) < least - 1e-9) else { return best };
+            face.push(new);
+            let (v, corners) = shortest(&face);
+            if dot(v, v) > least - 1e-12 {
+                return [0.0; 3];
+            }
+            (best, face) = (v, corners);
+        }
+        best
+    }
+}
+
+/// The shortest vector among the triangles of up to four points, and the corners of the triangle that has it.
+fn shortest(points: &[[f64; 3]]) -> ([f64; 3], Vec<[f64; 3]>) {
+    let mut best = (points[0], vec![points[0]]);
+    let mut offer = |v: [f64; 3], corners: &[[f64; 3]]| {
+        if dot(v, v) < dot(best.0, best.0) {
+            best = (v, corners.to_vec());
+        }
+    };
+    for (i, &a) in points.iter().enumerate() {
+        offer(a, &[a]);
+        for (j, &b) in points[..i].iter().enumerate() {
+            offer(closest_on_segment(a, b), &[a, b]);
+            for &c in &points[..j] {
+                offer(closest_on_triangle([0.0; 3], [a, b, c]), &[a, b, c]);
+            }
+        }
+    }
+    best
+}

@@ -1,6 +1,6 @@
 //! Where an inscribed sphere touches the surface, whether that holds it, and where it can grow.
 
-use super::bvh::{RayMesh, dot, sub};
+use super::bvh::{RayMesh, cross, dot, sub};
 use super::nearest::{closest_on_segment, closest_on_triangle};
 
 /// Cosine of the angle between two contacts, seen from the centre, from which on they hold the sphere: 115 degrees.
@@ -17,7 +17,12 @@ pub(super) struct Contact {
     pub face: u32,
     /// Distance from the centre.
     pub d: f64,
+    /// True if the face is met squarely: no surface around can be nearer.
+    pub square: bool,
 }
+
+/// Cosine of the angle to the normal up to which a face is met squarely (2 degrees).
+pub(super) const SQUARE: f64 = 0.9994;
 
 /// All of them.
 #[derive(Debug, Clone, Default)]
@@ -25,6 +30,8 @@ pub(super) struct Contacts {
     pub list: Vec<Contact>,
     /// Cosine of the angle within which contacts are one.
     same: f64,
+    /// Cosine of what is left of that angle beyond the disk.
+    sure: f64,
 }
 
 impl Contacts {
@@ -34,38 +41,65 @@ impl Contacts {
     pub fn set_tolerance(&mut self, tolerance: f64) {
         let disk = (1.0 / (1.0 + tolerance)).acos();
         self.same = (1.25 * disk + 0.03).cos();
+        self.sure = (0.25 * disk + 0.03).cos();
     }
 
-    /// Adds a contact, or moves a similar one closer. True if it holds the sphere together with another, both no
-    /// further than `certain`.
+    /// Whether a known contact makes it needless to look at a triangle with this outward normal whose plane is at the
+    /// signed height `h`: it can only touch further away and in nearly the same direction.
     #[inline(always)]
-    pub fn add(&mut self, up: [f64; 3], face: u32, d: f64, certain: f64) -> bool {
+    pub fn cover(&self, outward: [f64; 3], h: f64) -> bool {
+        self.list.iter().any(|c| h.abs() >= c.d && dot(c.up, outward) * h > self.sure * h.abs())
+    }
+
+    /// Adds a contact, or moves a similar one closer. True if it surely holds the sphere together with another, both
+    /// no further than `certain`.
+    #[inline(always)]
+    pub fn add(&mut self, new: Contact, certain: f64) -> bool {
         let mut held = false;
         for other in &mut self.list {
-            let cos = dot(other.up, up);
+            let cos = dot(other.up, new.up);
             if cos > self.same {
-                if d < other.d {
-                    *other = Contact { up, face, d };
+                if new.d < other.d {
+                    *other = new;
                 }
                 return false;
             }
-            held |= cos <= HELD && d <= certain && other.d <= certain;
+            held |= cos <= HELD && new.square && other.square && new.d <= certain && other.d <= certain;
         }
         if self.list.len() < MOST {
-            self.list.push(Contact { up, face, d });
+            self.list.push(new);
         }
         held
     }
 
-    /// Sees the contacts' faces from a new centre and forgets those further than `reach`.
+    /// Sees the contacts' faces from a new centre and keeps those met squarely within `reach`. True if two of them, both
+    /// no further than `certain`, hold the sphere.
     #[inline(always)]
-    pub fn look_from(&mut self, mesh: &RayMesh, c: [f64; 3], reach: f64) {
+    pub fn look_from(&mut self, mesh: &RayMesh, c: [f64; 3], reach: f64, certain: f64) -> bool {
         self.list.retain_mut(|contact| {
             let away = sub(c, closest_on_triangle(c, mesh.corners(contact.face)));
             contact.d = dot(away, away).sqrt();
             contact.up = away.map(|x| x / contact.d);
-            contact.d < reach && contact.d > 0.0
+            contact.square = dot(contact.up, mesh.normals[contact.face as usize]).abs() > SQUARE;
+            contact.d < reach && contact.square
         });
+        self.settle(reach);
+        self.hold(certain)
+    }
+
+    /// Keeps the contacts within `reach`, and of similar ones the nearest.
+    pub fn settle(&mut self, reach: f64) {
+        self.list.retain(|contact| contact.d <= reach);
+        self.list.sort_by(|a, b| a.d.total_cmp(&b.d));
+        let mut kept = 0;
+        for i in 0..self.list.len() {
+            let contact = self.list[i];
+            if self.list[..kept].iter().all(|other| dot(other.up, contact.up) <= self.same) {
+                self.list[kept] = contact;
+                kept += 1;
+            }
+        }
+        self.list.truncate(kept);
     }
 
     /// Whether two contacts no further than `reach` lie on opposite sides.
@@ -90,14 +124,27 @@ impl Contacts {
             let ahead = self.list.iter().map(|c| c.up).min_by(|a, b| dot(*a, best).total_cmp(&dot(*b, best)));
             let Some(new) = ahead.filter(|u| dot(*u, best) < least - 1e-9) else { return best };
             face.push(new);
-            let (v, corners) = shortest(&face);
-            if dot(v, v) > least - 1e-12 {
+            if surround(&face) {
                 return [0.0; 3];
+            }
+            let (v, corners) = shortest(&face);
+            if dot(v, v) >= least {
+                return best;
             }
             (best, face) = (v, corners);
         }
         best
     }
+}
+
+/// Whether the origin lies in the tetrahedron of four points.
+fn surround(points: &[[f64; 3]]) -> bool {
+    let &[a, b, c, d] = points else { return false };
+    let side = |p, q, r, s| {
+        let n = cross(sub(q, p), sub(r, p));
+        dot(n, p) * dot(n, sub(p, s)) > 1e-12
+    };
+    side(a, b, c, d) && side(b, c, d, a) && side(c, d, a, b) && side(d, a, b, c)
 }
 
 /// The shortest vector among the triangles of up to four points, and the corners of the triangle that has it.

@@ -1,7 +1,7 @@
 //! Spheres among triangles: how far one can grow before it meets the surface; and what lies in a box.
 
 use super::bvh::{RayMesh, along, dot, sub};
-use super::contact::Contacts;
+use super::contact::{Contact, Contacts, SQUARE};
 use super::lanes::Lanes;
 use super::tree::{LEAF, Stack, faces_of, sort_new, up};
 
@@ -38,8 +38,6 @@ pub(super) struct Stop {
     pub s: f64,
     /// The point of the surface that stops it, and its face; none if the surface did not need to shrink it.
     pub contact: Option<([f64; 3], u32)>,
-    /// Radius up to which the sphere about the same centre is known to be empty.
-    pub clear: f64,
 }
 
 /// Passes over the tree for one growth. Two or three are usual.
@@ -50,7 +48,7 @@ impl RayMesh {
     /// share `slack` of its radius into it: it shrinks to each point of the surface found in it (Ma, Bae & Choi 2012).
     #[inline(always)]
     pub(super) fn shrink<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, s: f64, slack: f64) -> Stop {
-        let mut stop = Stop { s, contact: None, clear: 0.0 };
+        let mut stop = Stop { s, contact: None };
         for _ in 0..PASSES {
             let before = stop.s;
             self.shrink_pass(lanes, stack, growth, slack, &mut stop);
@@ -65,8 +63,7 @@ impl RayMesh {
     #[inline(always)]
     fn shrink_pass<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, slack: f64, stop: &mut Stop) {
         let (mut c, mut r) = growth.at(stop.s);
-        let (mut inner, mut outer) = (r * (1.0 - slack), r * (1.0 - slack / 2.0));
-        stop.clear = outer;
+        let mut inner = r * (1.0 - slack);
         let mut d2 = [0.0f32; 8];
         let mut at = 0u32;
         stack.clear();
@@ -74,7 +71,7 @@ impl RayMesh {
             if at & LEAF == 0 {
                 let Some(node) = self.tree.nodes.get(at as usize) else { return };
                 let c32 = [c[0] as f32, c[1] as f32, c[2] as f32];
-                let mut mask = lanes.distances(node, c32, up(outer * outer), &mut d2);
+                let mut mask = lanes.distances(node, c32, up(inner * inner), &mut d2);
                 let base = stack.len();
                 while mask != 0 {
                     let k = (mask.trailing_zeros() & 7) as usize;
@@ -84,29 +81,26 @@ impl RayMesh {
                 sort_new(stack, base);
             } else {
                 let Some(block) = self.tree.blocks.get((at & !LEAF) as usize) else { return };
-                for face in faces_of(block) {
-                    let corners = self.corners(face);
-                    let normal = self.normals[face as usize];
+                let heights = block.heights(c);
+                for k in 0..4 {
+                    if heights[k].abs() >= inner {
+                        continue;
+                    }
+                    let corners = block.corners(k);
                     loop {
-                        if dot(sub(c, corners[0]), normal).abs() >= outer {
-                            break;
-                        }
                         let q = closest_on_triangle(c, corners);
                         let w = sub(c, q);
-                        let d = dot(w, w).sqrt();
-                        if d >= inner {
-                            stop.clear = stop.clear.min(d);
+                        if dot(w, w) >= inner * inner {
                             break;
                         }
                         let s = growth.touch(q);
-                        stop.contact = Some((q, face));
+                        stop.contact = Some((q, block.face[k]));
                         if !(s < stop.s * (1.0 - 1e-6)) {
                             break;
                         }
                         stop.s = s;
                         (c, r) = growth.at(s);
-                        (inner, outer) = (r * (1.0 - slack), r * (1.0 - slack / 2.0));
-                        stop.clear = outer;
+                        inner = r * (1.0 - slack);
                         if s == 0.0 {
                             return;
                         }
@@ -137,12 +131,11 @@ impl RayMesh {
         let grown = 1.0 + tolerance;
         let certain = low * grown;
         contacts.set_tolerance(tolerance);
-        contacts.look_from(self, c, high * grown);
-        if contacts.hold(certain) {
+        if contacts.look_from(self, c, high * grown, certain) {
             return None;
         }
         let c32 = [c[0] as f32, c[1] as f32, c[2] as f32];
-        let mut best = high;
+        let mut best = contacts.list.first().map_or(high, |c| high.min(c.d));
         let mut d2 = [0.0f32; 8];
         let mut at = 0u32;
         stack.clear();
@@ -159,16 +152,19 @@ impl RayMesh {
                 }
                 sort_new(stack, base);
             } else if let Some(block) = self.tree.blocks.get((at & !LEAF) as usize) {
-                for face in faces_of(block) {
-                    let corners = self.corners(face);
-                    if dot(sub(c, corners[0]), self.normals[face as usize]).abs() >= reach {
+                let heights = block.heights(c);
+                for k in 0..4 {
+                    let reach = best * grown;
+                    let h = heights[k];
+                    if h.abs() >= reach || contacts.cover(block.outward(k), h) {
                         continue;
                     }
-                    let away = sub(c, closest_on_triangle(c, corners));
+                    let away = sub(c, closest_on_triangle(c, block.corners(k)));
                     let d = dot(away, away).sqrt();
                     if d < reach && d > 0.0 {
                         best = best.min(d);
-                        if contacts.add(away.map(|x| x / d), face, d, certain) {
+                        let square = h.abs() > SQUARE * d;
+                        if contacts.add(Contact { up: away.map(|x| x / d), face: block.face[k], d, square }, certain) {
                             return None;
                         }
                     }
@@ -180,7 +176,7 @@ impl RayMesh {
                     Some((d2, child)) if d2 <= up(reach * reach) => break child,
                     Some(_) => {}
                     None => {
-                        contacts.list.retain(|contact| contact.d <= reach);
+                        contacts.settle(reach);
                         return Some(best);
                     }
                 }

@@ -36,9 +36,6 @@ const SLACK: [f64; 3] = [0.06, 0.015, EXACT];
 /// The slack at which a held sphere counts, and for facets: what this leaves out is a quarter of a percent of the width.
 const EXACT: f64 = 2.5e-3;
 
-/// The slack of the first step, enough for rounding.
-const TIGHT: f64 = 1e-6;
-
 /// Surface this near to a sphere, as a share of its radius, touches it.
 const NEAR: f64 = 0.01;
 
@@ -247,7 +244,7 @@ impl<L: Lanes> Grower<'_, L> {
         if g < 1e-4 {
             return Outcome::Ball(p, 0.0);
         }
-        let Some((mut c, mut r)) = self.advance(&Growth { c: p, r: 0.0, v, g }, TIGHT) else { return Outcome::Open };
+        let Some((mut c, mut r)) = self.advance(&Growth { c: p, r: 0.0, v, g }, EXACT) else { return Outcome::Open };
         let (mesh, lanes) = (self.mesh, self.lanes);
         match mesh.touching(lanes, &mut self.stack, c, (r * (1.0 - EXACT), r), NEAR, &mut self.contacts) {
             None => return Outcome::Ball(c, r),
@@ -275,11 +272,12 @@ impl<L: Lanes> Grower<'_, L> {
                 if held {
                     break;
                 }
+                level = level.min(1);
             } else if last {
                 break;
             } else {
-                // Too far, or not far enough to matter: back, and with more care.
-                level += 1;
+                // Too far, or not far enough to matter: back, and with care.
+                level = SLACK.len() - 1;
                 std::mem::swap(&mut self.contacts, &mut self.before);
             }
         }
@@ -295,7 +293,7 @@ impl<L: Lanes> Grower<'_, L> {
             for &face in faces {
                 let up = self.mesh.normals[face as usize].map(|x| -x);
                 if up != [0.0; 3] && height(self.mesh.corners(face)) > least {
-                    self.contacts.add(up, face, 0.0, -1.0);
+                    self.contacts.add(Contact { up, face, d: 0.0, square: true }, -1.0);
                 }
             }
             if !self.contacts.list.is_empty() {
@@ -316,20 +314,25 @@ impl<L: Lanes> Grower<'_, L> {
         let range = (start, f64::INFINITY);
         let hit = self.mesh.nearest_hit(self.lanes, &mut self.stack, (growth.c, d), range, u32::MAX);
         let mut s = hit.map_or((2.0 - growth.r) / growth.g, |h| ((h.t - growth.r) / (speed + growth.g)).max(0.0));
-        let mut stopped_by = hit.map(|h| h.face);
+        let mut stopped_by = [hit.map(|h| h.face), None];
         let (to, size) = growth.at(s);
         let apart = sub(to, self.empty.0);
         let known = self.empty.1 - dot(apart, apart).sqrt();
         if known < size * (1.0 - EXACT.max(slack)) {
             let stop = self.mesh.shrink(self.lanes, &mut self.stack, growth, s, slack);
             s = stop.s;
-            self.empty = (growth.at(s).0, stop.clear);
-            stopped_by = stop.contact.map(|c| c.1).or(stopped_by);
+            let (centre, radius) = growth.at(s);
+            self.empty = (centre, radius * (1.0 - slack));
+            stopped_by[1] = stop.contact.map(|c| c.1);
         }
-        // Seen from the new centre by whoever looks at the contacts next.
-        let face = stopped_by?;
-        if self.contacts.list.iter().all(|c| c.face != face) {
-            self.contacts.list.push(Contact { up: [0.0; 3], face, d: f64::INFINITY });
+        // Their distances are found when the contacts are next looked at.
+        for face in stopped_by.into_iter().flatten() {
+            if self.contacts.list.iter().all(|c| c.face != face) {
+                self.contacts.list.push(Contact { up: [0.0; 3], face, d: f64::INFINITY, square: false });
+            }
+        }
+        if stopped_by == [None, None] {
+            return None;
         }
         Some(growth.at(s))
     }

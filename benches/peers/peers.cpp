@@ -46,6 +46,7 @@ void write_mesh(const shapes::Mesh &mesh, const char *path) {
 void d1(int n, unsigned threads) {
     armesh::mesh mesh = hand_over(ellipsoid(n));
     armesh::compute_options how;
+    how.profile = armesh::profile::paper;
     how.threads = threads;
     const auto start = Clock::now();
     mesh.compute(how);
@@ -56,6 +57,7 @@ void d1(int n, unsigned threads) {
 void d2(int n, unsigned threads, unsigned rays) {
     armesh::mesh mesh = hand_over(ellipsoid(n));
     armesh::compute_options how;
+    how.profile = armesh::profile::paper;
     how.threads = threads;
     how.rays = rays;
     double seconds = 0;

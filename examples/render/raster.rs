@@ -37,7 +37,7 @@ pub struct Frame {
 
 const SAMPLES: usize = 3; // a side, 9 a pixel
 const CREASE: f64 = 0.80; // cosine: faces that meet at more than 37 degrees keep their edge
-const BACKGROUND: [u8; 3] = [255, 255, 255];
+pub const BACKGROUND: [u8; 3] = [255, 255, 255];
 
 fn sub(a: V3, b: V3) -> V3 {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]

@@ -29,8 +29,7 @@ pub const AR_REASON_DEGENERATE: u32 = 8;
 
 /// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units; with
 /// AR_PROFILE_PRINT to a corner of its shape, a vertex in which three planes or more meet, so that D1 does not depend on
-/// how flat faces and straight edges are cut up. NaN: see
-/// ar_get_vertex_reason.
+/// how flat faces and straight edges are cut up. NaN: see ar_get_vertex_reason.
 ///   out   capacity numbers, capacity in vertices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_vertex_d1(
@@ -74,8 +73,7 @@ pub unsafe extern "C" fn ar_get_vertex_d1_bounds(
 }
 
 /// D2 of every vertex: the width, coordinate units: the wall width there, or the mean over the faces at the vertex
-/// (AR_PROFILE_PAPER). NaN: see
-/// ar_get_vertex_reason.
+/// (AR_PROFILE_PAPER). NaN: see ar_get_vertex_reason.
 ///   out   capacity numbers, capacity in vertices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_vertex_d2(
@@ -89,8 +87,8 @@ pub unsafe extern "C" fn ar_get_vertex_d2(
     unsafe { copy_vertices(mesh, Out { buffer: out, capacity, count }, error, |f| &f.d2) }
 }
 
-/// Slenderness D1 / D2 of every vertex. NaN where either is. It grows towards sharp convex edges, where D2 falls to
-/// 0.
+/// Slenderness D1 / D2 of every vertex. NaN where either is. With AR_PROFILE_PAPER it grows
+/// towards sharp convex edges, where D2 falls to 0.
 ///   out   capacity numbers, capacity in vertices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_vertex_ratio(
@@ -167,13 +165,13 @@ pub unsafe extern "C" fn ar_get_face_d2(
     }
 }
 
-/// A vertex and where it is.
+/// A place on the part.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ar_place {
-    /// The vertex (the first of those welded together), or AR_NONE.
+    /// The vertex there (the first of those welded together), or AR_NONE if there is none.
     pub vertex: u64,
-    /// x, y, z, coordinate units; NaN without a vertex.
+    /// x, y, z, coordinate units; NaN if there is no such place.
     pub position: [f64; 3],
 }
 

@@ -397,6 +397,27 @@ fn buffers_follow_the_capacity_rules() {
 }
 
 #[test]
+fn bounds_hold_d1_and_come_in_pairs() {
+    let mesh = computed();
+    let (mut lower, mut upper, mut d1) = ([-1.0; 8], [-1.0; 8], [0.0; 8]);
+    let (mut n, mut e) = (0, error());
+    // SAFETY: as C calls it.
+    unsafe {
+        let get = ar_get_vertex_d1_bounds;
+        assert_eq!((get(mesh, null_mut(), null_mut(), 0, &mut n, &mut e), n), (AR_OK, 8));
+        assert_eq!(get(mesh, lower.as_mut_ptr(), null_mut(), 8, &mut n, &mut e), AR_E_ARGUMENT);
+        assert_eq!(get(mesh, lower.as_mut_ptr(), upper.as_mut_ptr(), 7, &mut n, &mut e), AR_E_CAPACITY);
+        assert_eq!((lower, upper), ([-1.0; 8], [-1.0; 8]));
+        assert_eq!(get(mesh, lower.as_mut_ptr(), upper.as_mut_ptr(), 8, null_mut(), &mut e), AR_OK);
+        assert_eq!(ar_get_vertex_d1(mesh, d1.as_mut_ptr(), 8, null_mut(), &mut e), AR_OK);
+        ar_mesh_free(mesh);
+    }
+    for v in 0..8 {
+        assert!(lower[v] <= d1[v] && d1[v] <= upper[v], "{v}: {} {} {}", lower[v], d1[v], upper[v]);
+    }
+}
+
+#[test]
 fn nothing_is_read_before_it_is_computed() {
     let mesh = make(&cube().desc).unwrap();
     let mut n = 5;
@@ -420,7 +441,7 @@ fn nothing_is_read_before_it_is_computed() {
 fn odd_options_are_refused() {
     let mesh = computed();
     for change in [
-        (|o| o.profile = 1) as fn(&mut ar_compute_options),
+        (|o| o.profile = 2) as fn(&mut ar_compute_options),
         |o| o.d1_method = 77,
         |o| o.d2_method = 77,
         |o| o.rays = 4097,

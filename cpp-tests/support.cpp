@@ -114,6 +114,7 @@ Handle direct(const shapes::Mesh &mesh, ar_error &error, std::uint32_t flags) {
 ar_compute_options options() {
     ar_compute_options how;
     ar_compute_options_init(&how);
+    how.profile = AR_PROFILE_PAPER;
     return how;
 }
 

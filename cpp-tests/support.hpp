@@ -45,7 +45,7 @@ struct Field {
     ar_summary summary;
 };
 
-// Default options.
+// The paper's profile, else defaults.
 ar_compute_options options();
 // Computes and copies everything out.
 Field compute(const Handle &mesh, const ar_compute_options &how = options());

@@ -499,8 +499,13 @@ ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnosti
 // Compute: fills D1, D2 and their ratio.
 // ==============================================================================================================
 
-/// profile: the method as the paper has it.
-#define AR_PROFILE_PAPER 0
+/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on large meshes by
+/// heat distances on a refined surface) towards the corners of the shape, D2 the wall width. The default.
+#define AR_PROFILE_PRINT 0
+
+/// profile: the method as the paper has it, Eqs. 1-13 on the mesh as given. For meshes of good triangles, and for
+/// comparing with the paper.
+#define AR_PROFILE_PAPER 1
 
 /// d1_method: distances from as many vertices as it takes to know D1 of every vertex to within d1_tolerance, by the
 /// triangle inequality; the number does not grow with the mesh. The default.
@@ -509,8 +514,16 @@ ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnosti
 /// d1_method: distances from every vertex (the paper's definition, the reference).
 #define AR_D1_ALL_VERTICES 1
 
+/// d2_method: that of the profile: AR_D2_WALL with AR_PROFILE_PRINT, AR_D2_INSCRIBED with AR_PROFILE_PAPER. The default.
+#define AR_D2_PROFILE 0
+
 /// d2_method: diameter of an inscribed sphere, the least of l / cos(theta) over the rays (Eqs. 10-13).
-#define AR_D2_INSCRIBED 0
+#define AR_D2_INSCRIBED 3
+
+/// d2_method: wall width, the diameter of the inscribed sphere that is held from opposite sides, 115 degrees apart or
+/// more seen from its centre: a contact around a convex edge does not count, so the width does not fall to 0 there.
+/// Overlapping shells count as one solid. Takes no rays.
+#define AR_D2_WALL 2
 
 /// d2_method: shape diameter function as Shapira 2008 and CGAL define it: mean of the ray lengths within one median
 /// absolute deviation of their median, obtuse hits rejected, raw values (not smoothed or normalised).
@@ -544,7 +557,7 @@ typedef struct ar_compute_options {
   /// D1: m in the time step t = m * h^2 of the heat method, h the mean edge length; 1e-3 to 1e6; 0 = 1.
   double time_factor;
   /// D1: with AR_D1_CERTIFIED the relative gap between the bounds at which a vertex counts as known, 1e-6 to 1;
-  /// 0 = 0.02. Most values are far closer than the gap.
+  /// 0 = 0.05. Most values are far closer than the gap.
   double d1_tolerance;
 } ar_compute_options;
 
@@ -606,7 +619,8 @@ typedef struct ar_summary {
   uint32_t struct_size;
   /// 0.
   uint32_t reserved;
-  /// Greatest D1, coordinate units.
+  /// Greatest D1, coordinate units; with AR_PROFILE_PRINT the longest way between any two points of the surface, which
+  /// need not be vertices (then d1_max_at.vertex is AR_NONE).
   double d1_max;
   /// Mean D1, coordinate units.
   double d1_mean;
@@ -634,13 +648,15 @@ typedef struct ar_summary {
   ar_place vertex_ratio_max_at;
   /// Welded vertices without a ratio (NaN).
   uint64_t undefined_vertices;
-  /// Sources that the heat method was solved for.
+  /// Sources whose distance fields D1 was made of.
   uint64_t solves;
   /// Time that each AR_STAGE_* took, seconds, by its number; 0 for a stage that did not run.
   double stage_seconds[8];
 } ar_summary;
 
-/// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units. NaN: see
+/// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units; with
+/// AR_PROFILE_PRINT to a corner of its shape, a vertex in which three planes or more meet, so that D1 does not depend on
+/// how flat faces and straight edges are cut up. NaN: see
 /// ar_get_vertex_reason.
 ///   out   capacity numbers, capacity in vertices.
 ar_status ar_get_vertex_d1(const ar_mesh *mesh,
@@ -649,10 +665,27 @@ ar_status ar_get_vertex_d1(const ar_mesh *mesh,
                            size_t *count,
                            ar_error *error);
 
-/// D2 of every vertex: the width, mean over the faces at the vertex, coordinate units. NaN: see
+/// Bounds of D1 of every vertex, by the triangle inequality from the sources that were solved for: no vertex is nearer
+/// to its farthest point than `lower`, none farther than `upper`, coordinate units. With AR_PROFILE_PRINT they hold for
+/// exact distances to within rounding, as long as those were used; bounds from heat distances are as good as these, and
+/// padded by the contradictions that the distances show among themselves. NaN where D1 is.
+///   lower, upper   capacity numbers each, capacity in vertices; both or neither NULL.
+ar_status ar_get_vertex_d1_bounds(const ar_mesh *mesh,
+                                  double *lower,
+                                  double *upper,
+                                  size_t capacity,
+                                  size_t *count,
+                                  ar_error *error);
+
+/// D2 of every vertex: the width, coordinate units: the wall width there, or the mean over the faces at the vertex
+/// (AR_PROFILE_PAPER). NaN: see
 /// ar_get_vertex_reason.
 ///   out   capacity numbers, capacity in vertices.
-ar_status ar_get_vertex_d2(const ar_mesh *mesh, double *out, size_t capacity, size_t *count, ar_error *error);
+ar_status ar_get_vertex_d2(const ar_mesh *mesh,
+                           double *out,
+                           size_t capacity,
+                           size_t *count,
+                           ar_error *error);
 
 /// Slenderness D1 / D2 of every vertex. NaN where either is. It grows towards sharp convex edges, where D2 falls to
 /// 0.

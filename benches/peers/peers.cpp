@@ -58,6 +58,7 @@ void write_mesh(const shapes::Mesh &mesh, const char *path) {
 void d1(int n, unsigned threads, armesh::d1_method method) {
     armesh::mesh mesh = hand_over(ellipsoid(n));
     armesh::compute_options how;
+    how.profile = armesh::profile::paper;
     how.threads = threads;
     how.d1_method = method;
     const Timer timer;
@@ -70,6 +71,7 @@ void d1(int n, unsigned threads, armesh::d1_method method) {
 void d2(int n, unsigned threads, unsigned rays) {
     armesh::mesh mesh = hand_over(ellipsoid(n));
     armesh::compute_options how;
+    how.profile = armesh::profile::paper;
     how.threads = threads;
     how.rays = rays;
     double wall = 0, processor = 0;

@@ -78,7 +78,7 @@ Args parse_args(int argc, const char *const *argv) {
             word.resize(equals);
         }
         const bool known = word == "--json" || word == "--vertex-csv" || word == "--ply" || word == "--threads" ||
-                           word == "--rays" || word == "--cone" || word == "--limit";
+                           word == "--rays" || word == "--cone" || word == "--limit" || word == "--profile";
         if (!known) {
             throw UsageError("unknown option '" + word + "' (--help lists them)");
         }
@@ -97,6 +97,11 @@ Args parse_args(int argc, const char *const *argv) {
             args.vertex_csv = value;
         } else if (word == "--ply") {
             args.ply = value;
+        } else if (word == "--profile") {
+            if (value != "print" && value != "paper") {
+                throw UsageError("--profile is print or paper, not '" + value + "'");
+            }
+            args.paper = value == "paper";
         } else if (word == "--threads") {
             args.threads = count(word, value, 0, 1024);
         } else if (word == "--rays") {
@@ -123,12 +128,14 @@ PART is a triangle mesh: STL (binary or ASCII), OBJ, PLY or 3MF. For every verte
 farthest distance along the surface) and a width D2 (the diameter of a sphere that fits inside there); the slenderness
 of the part is the largest D1 over the largest D2.
 
+  --profile NAME     print: for parts that are to be printed, on any triangulation (default);
+                     paper: the method of Ge & Flynn (2022) as printed, on the mesh as it is
   --json FILE        write everything below, and more, as JSON (see README.md beside this program's source)
   --vertex-csv FILE  write x,y,z,d1,d2,ratio, one row per vertex; a value that could not be measured is empty
   --ply FILE         write a mesh coloured by D1/D2 that MeshLab and ParaView show, with d1, d2 and ratio as fields
   --limit R          the slenderness that is too much; a part exactly at R is too slender (default 8)
-  --rays N           rays per face for D2 (default 20)
-  --cone DEGREES     full angle of the cone of rays (default 120)
+  --rays N           rays per face for D2 (default 20; paper profile only)
+  --cone DEGREES     full angle of the cone of rays (default 120; paper profile only)
   --threads N        worker threads, 0 = one per core (default 0)
   --quiet            print nothing but errors
   --help, --version

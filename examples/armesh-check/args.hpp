@@ -20,6 +20,7 @@ struct Args {
     unsigned rays = 0;       // 0: the library's default
     double cone_degrees = 0; // full angle, 0: the library's default
     double limit = 8.0;      // a ratio at or over it is too slender
+    bool paper = false;      // the paper's profile, else the print profile
     bool quiet = false;
     bool help = false;
     bool version = false;

@@ -113,6 +113,7 @@ Report measure(const Args &args, const armesh::cancel_token &token, std::optiona
     armesh::mesh &mesh = loaded.emplace(armesh::mesh::load(args.part, intake));
 
     armesh::compute_options options;
+    options.profile = args.paper ? armesh::profile::paper : armesh::profile::print;
     options.threads = args.threads;
     options.progress = progress;
     options.cancel = &token;

@@ -19,6 +19,12 @@ pub trait DistanceFields: Sync {
     /// Smallest and largest number of columns of sources between two looks at the bounds.
     const ROUND: (usize, usize);
 
+    /// By how much a distance may be too long, as a share of the largest.
+    fn excess(&self) -> f64;
+
+    /// True while so little has been spent that better bounds than asked for are worth having.
+    fn has_spare(&self) -> bool;
+
     /// Vertex-connected component of every vertex, numbered by first vertex; [`NONE`] without a triangle.
     fn component(&self) -> &[u32];
 
@@ -211,6 +217,9 @@ struct Front {
     slack: f64,
 }
 
+/// The relative gap that is aimed at while there is effort to spare.
+const FINE: f64 = 0.01;
+
 fn certified<S: DistanceFields>(
     solver: &S,
     positions: &[Vec3],
@@ -232,6 +241,7 @@ fn certified<S: DistanceFields>(
     }
     let mut done = try_filled(n, false, "sources")?;
     loop {
+        let tolerance = if solver.has_spare() { tolerance.min(FINE) } else { tolerance };
         let picks: Vec<Vec<u32>> =
             fronts.iter().map(|f| next_sources(f, &state, &done, positions, tolerance, S::ROUND)).collect();
         let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
@@ -253,7 +263,7 @@ fn certified<S: DistanceFields>(
     for front in &fronts {
         for v in front.members.iter().map(|&v| v as usize) {
             let pad = front.slack * state.distance[v];
-            state.lower[v] = (state.lower[v] - pad).min(state.distance[v]);
+            state.lower[v] = (state.lower[v] - pad - solver.excess() * state.upper[v]).min(state.distance[v]);
             state.upper[v] = (state.upper[v] + pad).max(state.distance[v]);
         }
     }

@@ -15,6 +15,8 @@
 mod envelope;
 mod propagate;
 #[cfg(test)]
+mod shapes;
+#[cfg(test)]
 mod tests;
 mod topology;
 
@@ -48,9 +50,10 @@ pub struct ExactGeodesics {
 /// What a solve may spend and leave out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Length, in model units, by which a path may be longer for each window that is given up for it; 0 is exact. Paths
-    /// give up few windows: with 1e-4 of the model's size, distances on CAD parts are at most 4e-4 of the largest one
-    /// too long, and up to four times as fast. Distances stay lengths of real paths.
+    /// Length, in model units, by which a path may be longer for each window that is given up for it; 0 is exact.
+    /// Distances stay lengths of real paths. The error has no proven bound: with 1e-4 of the model's size, distances
+    /// were too long by less than 5e-4 of that size on 27 of 28 CAD parts and by 1.6e-3 on the other, for a quarter to
+    /// a half of the windows on parts that have many, and little gain on the rest.
     pub tolerance: f64,
     /// Number of windows that may be made (about 64 bytes each) before the solve gives up.
     pub max_windows: usize,

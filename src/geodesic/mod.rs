@@ -7,8 +7,7 @@ pub mod eccentricity;
 pub mod exact;
 mod exact_fields;
 pub mod heat;
-pub mod march;
 
-pub use eccentricity::{DistanceFields, Eccentricity, Mode, Targets};
+pub use eccentricity::{DistanceFields, Eccentricity, Mode, Targets, eccentricity};
 pub use exact_fields::ExactFields;
 pub use heat::{HeatOptions, HeatSolver};

@@ -359,6 +359,9 @@ impl<'a> Folder<'a> {
             for p in node.first_index..node.first_index + node.prim_count {
                 let face = self.faces[self.binary.primitive_indices[p as usize] as usize];
                 block.face[lane] = face;
+                for a in 0..3 {
+                    block.normal[a][lane] = self.mesh.normals[face as usize][a];
+                }
                 for (v, corner) in self.mesh.corners(face).iter().enumerate() {
                     for a in 0..3 {
                         block.v[v][a][lane] = corner[a];

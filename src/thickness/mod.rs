@@ -2,6 +2,7 @@
 
 pub mod bvh;
 pub mod cone;
+mod contact;
 mod exposed;
 pub mod inscribed;
 mod lanes;

@@ -1,9 +1,11 @@
 // The C++ side of the comparison: armesh through its public header, CGAL's sdf_values, and the mesh for the Python side.
 //
 //   peers mesh N FILE         writes the ellipsoid (vertex count, face count, doubles, uint32), 20 N^2 faces
-//   peers d1 N THREADS        D1 (and D2) of all vertices: prints seconds and the largest D1
-//   peers d2 N THREADS RAYS   D2: prints seconds until D1 begins; D1 is then cancelled
-//   peers cgal-sdf N RAYS     CGAL's sdf_values, raw
+//   peers d1 N THREADS        D1 (and D2) of all vertices, one source each: prints seconds, seconds of processor time
+//                             (which tell more on a busy machine) and the largest D1
+//   peers certified N THREADS the same with as many sources as it takes to know D1 to 2 %; prints their number too
+//   peers d2 N THREADS RAYS   D2: prints seconds and processor seconds until D1 begins; D1 is then cancelled
+//   peers cgal-sdf N RAYS     CGAL's sdf_values, raw: the same
 #include "shapes.hpp"
 
 #include <armesh.hpp>
@@ -16,13 +18,23 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <stdexcept>
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+// Wall and processor time since its making.
+class Timer {
+  public:
+    double wall() const { return std::chrono::duration<double>(Clock::now() - wall_).count(); }
+    double processor() const { return static_cast<double>(std::clock() - processor_) / CLOCKS_PER_SEC; }
+
+  private:
+    Clock::time_point wall_ = Clock::now();
+    std::clock_t processor_ = std::clock();
+};
 
 shapes::Mesh ellipsoid(int n) { return shapes::ellipsoid(n, 1.0, 1.5, 2.5); }
 
@@ -43,14 +55,16 @@ void write_mesh(const shapes::Mesh &mesh, const char *path) {
     }
 }
 
-void d1(int n, unsigned threads) {
+void d1(int n, unsigned threads, armesh::d1_method method) {
     armesh::mesh mesh = hand_over(ellipsoid(n));
     armesh::compute_options how;
     how.profile = armesh::profile::paper;
     how.threads = threads;
-    const auto start = Clock::now();
+    how.d1_method = method;
+    const Timer timer;
     mesh.compute(how);
-    std::printf("%.6f %.9g %llu\n", since(start), mesh.summary().d1_max,
+    const double wall = timer.wall(), processor = timer.processor();
+    std::printf("%.6f %.6f %.9g %llu\n", wall, processor, mesh.summary().d1_max,
                 static_cast<unsigned long long>(mesh.summary().solves));
 }
 
@@ -60,10 +74,11 @@ void d2(int n, unsigned threads, unsigned rays) {
     how.profile = armesh::profile::paper;
     how.threads = threads;
     how.rays = rays;
-    double seconds = 0;
-    const auto start = Clock::now();
+    double wall = 0, processor = 0;
+    const Timer timer;
     how.progress = [&](double, armesh::stage now) { // some 30 times a second: the answer is rounded up
-        seconds = since(start);
+        wall = timer.wall();
+        processor = timer.processor();
         return now != armesh::stage::factor && now != armesh::stage::geodesic;
     };
     try {
@@ -74,7 +89,7 @@ void d2(int n, unsigned threads, unsigned rays) {
             throw;
         }
     }
-    std::printf("%.6f\n", seconds);
+    std::printf("%.6f %.6f\n", wall, processor);
 }
 
 void cgal_sdf(int n, unsigned rays) {
@@ -89,9 +104,9 @@ void cgal_sdf(int n, unsigned rays) {
         surface.add_face(Surface::Vertex_index(t[0]), Surface::Vertex_index(t[1]), Surface::Vertex_index(t[2]));
     }
     auto value = surface.add_property_map<Surface::Face_index, double>("f:sdf", 0).first;
-    const auto start = Clock::now();
+    const Timer timer;
     CGAL::sdf_values(surface, value, 2.0 / 3.0 * CGAL_PI, rays, false);
-    std::printf("%.6f\n", since(start));
+    std::printf("%.6f %.6f\n", timer.wall(), timer.processor());
 }
 
 } // namespace
@@ -103,7 +118,9 @@ int main(int argc, char **argv) {
         if (argc == 4 && std::strcmp(argv[1], "mesh") == 0) {
             write_mesh(ellipsoid(number(2)), argv[3]);
         } else if (argc == 4 && std::strcmp(argv[1], "d1") == 0) {
-            d1(number(2), count(3));
+            d1(number(2), count(3), armesh::d1_method::all_vertices);
+        } else if (argc == 4 && std::strcmp(argv[1], "certified") == 0) {
+            d1(number(2), count(3), armesh::d1_method::certified);
         } else if (argc == 5 && std::strcmp(argv[1], "d2") == 0) {
             d2(number(2), count(3), count(4));
         } else if (argc == 4 && std::strcmp(argv[1], "cgal-sdf") == 0) {

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Runs armesh and its peers on the same meshes and prints a table. Started by run.sh: peers.py PROGRAM"""
+import importlib.metadata
 import multiprocessing
 import os
 import pathlib
@@ -35,9 +36,10 @@ def read_mesh(path):
 def loop(points, triangles, first, ready, done):
     """D1 of every PROCESSES-th vertex, from `first`."""
     ready.wait()
+    processor = time.process_time()
     solver = potpourri3d.MeshHeatMethodDistanceSolver(points, triangles)
     greatest = max(solver.compute_distance(v).max() for v in range(first, len(points), PROCESSES))
-    done.put(greatest)
+    done.put((greatest, time.process_time() - processor))
 
 
 def geometry_central(points, triangles):
@@ -47,39 +49,50 @@ def geometry_central(points, triangles):
         w.start()
     ready.wait()
     start = time.perf_counter()
-    greatest = max(done.get() for _ in workers)
+    results = [done.get() for _ in workers]
     seconds = time.perf_counter() - start
     for w in workers:
         w.join()
-    return seconds, greatest
+    return seconds, sum(r[1] for r in results), max(r[0] for r in results)
+
+
+def row(name, wall, processor, more=''):
+    print(f'  {name:34s}{wall:9.2f} s {processor:9.2f} s   {more}'.rstrip())
+
+
+def quicker(peer, mine, cores=1):
+    """How many times faster, by the clock and by processor time; `cores`: the peer ran on one, allow it that many."""
+    return f'{peer[0] / cores / mine[0]:.1f} times faster, {peer[1] / mine[1]:.1f} by processor time'
 
 
 def main():
-    print(f'{platform.machine()}, {os.cpu_count()} cores, potpourri3d {potpourri3d.__version__ if hasattr(potpourri3d, "__version__") else ""}'.rstrip(', '))
+    print(f'{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before the start, '
+          f'potpourri3d {importlib.metadata.version("potpourri3d")}')
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / 'mesh'
         subprocess.run([PROGRAM, 'mesh', str(D1_SIZE), str(path)], check=True)
         points, triangles = read_mesh(path)
 
-    print(f'\nD1 of all {len(points)} vertices of an ellipsoid ({len(triangles)} faces), one source each')
+    print(f'\nD1 of all {len(points)} vertices of an ellipsoid ({len(triangles)} faces)      wall    processor')
     before = ours('d1', D1_SIZE, PROCESSES)
-    peer, peer_d1 = geometry_central(points, triangles)
+    peer = geometry_central(points, triangles)
     after = ours('d1', D1_SIZE, PROCESSES)
-    mine = max(before[0], after[0])
-    print(f'  geometry-central, {PROCESSES} processes     {peer:8.2f} s   D1max {peer_d1:.4f}')
-    print(f'  armesh, {PROCESSES} threads, D1 and D2      {mine:8.2f} s   D1max {after[1]:.4f}   (slower of two: {before[0]:.2f}, {after[0]:.2f})')
-    print(f'  times faster                    {peer / mine:8.1f}')
+    certified = ours('certified', D1_SIZE, PROCESSES)
+    mine = max(before, after)  # the slower of two, before and after
+    row(f'geometry-central, {PROCESSES} processes', *peer[:2], f'D1max {peer[2]:.4f}')
+    row('armesh, one source a vertex, and D2', *mine[:2], f'D1max {mine[2]:.4f}   {quicker(peer, mine)}')
+    row(f'armesh, {certified[3]:.0f} sources (to 2 %), and D2', *certified[:2],
+        f'D1max {certified[2]:.4f}   {quicker(peer, certified)}')
 
-    print(f'\nD2 of {20 * D2_SIZE ** 2} faces of an ellipsoid')
-    all_before, = ours('d2', D2_SIZE, PROCESSES, RAYS)
-    one, = ours('d2', D2_SIZE, 1, RAYS)
-    cgal, = ours('cgal-sdf', D2_SIZE, CGAL_RAYS)
-    all_after, = ours('d2', D2_SIZE, PROCESSES, RAYS)
-    both = max(all_before, all_after)
-    print(f'  CGAL sdf_values, {CGAL_RAYS} rays, 1 core   {cgal:8.2f} s')
-    print(f'  armesh, {RAYS} rays, 1 thread         {one:8.3f} s   times faster {cgal / one:6.1f}')
-    print(f'  armesh, {RAYS} rays, {PROCESSES} threads        {both:8.3f} s   times faster {cgal / both:6.1f}   (half of CGAL\'s time, '
-          f'as if on {PROCESSES} cores: {cgal / PROCESSES / both:.1f})')
+    print(f'\nD2 of {20 * D2_SIZE ** 2} faces of an ellipsoid                    wall    processor')
+    both_before = ours('d2', D2_SIZE, PROCESSES, RAYS)
+    one = ours('d2', D2_SIZE, 1, RAYS)
+    cgal = ours('cgal-sdf', D2_SIZE, CGAL_RAYS)
+    both = max(both_before, ours('d2', D2_SIZE, PROCESSES, RAYS))
+    row(f'CGAL sdf_values, {CGAL_RAYS} rays, 1 core', *cgal)
+    row(f'armesh, {RAYS} rays, 1 thread', *one, quicker(cgal, one))
+    row(f'armesh, {RAYS} rays, {PROCESSES} threads', *both, quicker(cgal, both))
+    print(f'  (were CGAL perfectly parallel on {PROCESSES} cores: {quicker(cgal, both, PROCESSES)})')
 
 
 if __name__ == '__main__':

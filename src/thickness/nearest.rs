@@ -38,6 +38,8 @@ pub(super) struct Stop {
     pub s: f64,
     /// The point of the surface that stops it, and its face; none if the surface did not need to shrink it.
     pub contact: Option<([f64; 3], u32)>,
+    /// Radius up to which the sphere about the same centre is empty, as far as is known.
+    pub clear: f64,
 }
 
 /// Passes over the tree for one growth. Two or three are usual.
@@ -48,7 +50,7 @@ impl RayMesh {
     /// share `slack` of its radius into it: it shrinks to each point of the surface found in it (Ma, Bae & Choi 2012).
     #[inline(always)]
     pub(super) fn shrink<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, s: f64, slack: f64) -> Stop {
-        let mut stop = Stop { s, contact: None };
+        let mut stop = Stop { s, contact: None, clear: 0.0 };
         for _ in 0..PASSES {
             let before = stop.s;
             self.shrink_pass(lanes, stack, growth, slack, &mut stop);
@@ -63,7 +65,8 @@ impl RayMesh {
     #[inline(always)]
     fn shrink_pass<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, slack: f64, stop: &mut Stop) {
         let (mut c, mut r) = growth.at(stop.s);
-        let mut inner = r * (1.0 - slack);
+        let (mut inner, mut outer) = (r * (1.0 - slack), r * (1.0 - slack / 2.0));
+        stop.clear = outer;
         let mut d2 = [0.0f32; 8];
         let mut at = 0u32;
         stack.clear();
@@ -71,7 +74,7 @@ impl RayMesh {
             if at & LEAF == 0 {
                 let Some(node) = self.tree.nodes.get(at as usize) else { return };
                 let c32 = [c[0] as f32, c[1] as f32, c[2] as f32];
-                let mut mask = lanes.distances(node, c32, up(inner * inner), &mut d2);
+                let mut mask = lanes.distances(node, c32, up(outer * outer), &mut d2);
                 let base = stack.len();
                 while mask != 0 {
                     let k = (mask.trailing_zeros() & 7) as usize;
@@ -83,14 +86,16 @@ impl RayMesh {
                 let Some(block) = self.tree.blocks.get((at & !LEAF) as usize) else { return };
                 let heights = block.heights(c);
                 for k in 0..4 {
-                    if heights[k].abs() >= inner {
+                    if heights[k].abs() >= outer {
                         continue;
                     }
                     let corners = block.corners(k);
                     loop {
                         let q = closest_on_triangle(c, corners);
                         let w = sub(c, q);
-                        if dot(w, w) >= inner * inner {
+                        let d = dot(w, w).sqrt();
+                        if d >= inner {
+                            stop.clear = stop.clear.min(d);
                             break;
                         }
                         let s = growth.touch(q);
@@ -100,7 +105,8 @@ impl RayMesh {
                         }
                         stop.s = s;
                         (c, r) = growth.at(s);
-                        inner = r * (1.0 - slack);
+                        (inner, outer) = (r * (1.0 - slack), r * (1.0 - slack / 2.0));
+                        stop.clear = outer;
                         if s == 0.0 {
                             return;
                         }

@@ -31,7 +31,7 @@ use rayon::prelude::*;
 
 /// Surface may reach this deep into a sphere, as a share of its radius, without stopping it: first the larger, so that
 /// it slides over the facets of round surfaces in few steps; when held, it is set back and goes on with less.
-const SLACK: [f64; 3] = [0.06, 0.015, EXACT];
+const SLACK: [f64; 3] = [0.04, 0.01, EXACT];
 
 /// The slack at which a held sphere counts, and for facets: what this leaves out is a quarter of a percent of the width.
 const EXACT: f64 = 2.5e-3;
@@ -321,8 +321,7 @@ impl<L: Lanes> Grower<'_, L> {
         if known < size * (1.0 - EXACT.max(slack)) {
             let stop = self.mesh.shrink(self.lanes, &mut self.stack, growth, s, slack);
             s = stop.s;
-            let (centre, radius) = growth.at(s);
-            self.empty = (centre, radius * (1.0 - slack));
+            self.empty = (growth.at(s).0, stop.clear);
             stopped_by[1] = stop.contact.map(|c| c.1);
         }
         // Their distances are found when the contacts are next looked at.

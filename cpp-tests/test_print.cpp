@@ -55,7 +55,7 @@ TEST_CASE("a box of 12 triangles is measured like a finely meshed one", "[print]
         {{100, 100, 2000, 2100}, {100, 100, 500, 590.3}, {100, 100, 2, 142.86}}};
     for (const auto &[x, y, z, diameter] : boxes) {
         const Field raw = print_field(shapes::box(x, y, z, 0));
-        const Field fine = print_field(shapes::box(x, y, z, std::max(x, z) / 20));
+        const Field fine = print_field(shapes::box(x, y, z, std::max(x, z) / 12));
         const double thickness = std::min(x, z);
         CAPTURE(x, y, z, raw.summary.d1_max, fine.summary.d1_max, raw.summary.d2_max, fine.summary.d2_max);
         CHECK(off(raw.summary.d1_max, diameter) <= 0.02);
@@ -80,7 +80,7 @@ TEST_CASE("subdivision changes nothing at the vertices that were there", "[print
 }
 
 TEST_CASE("the bounds hold D1 measured from every vertex", "[print]") {
-    const shapes::Mesh mesh = shapes::organic(12);
+    const shapes::Mesh mesh = shapes::organic(6);
     const Handle handle = plain(mesh);
     ar_compute_options how = print_options();
     how.d1_method = AR_D1_ALL_VERTICES;

@@ -1,0 +1,146 @@
+//! Creases that are rounded: a fillet turns as much as the sharp edge that it replaces, in many small steps.
+//!
+//! From the middle of every edge that turns a little into a concave, a straight line is walked over the surface to both
+//! sides, and what it turns on its way is added up. A fillet turns within a short stretch and is flat beyond; a bore turns
+//! on and on, and is no crease.
+
+use super::dual::Dual;
+use crate::error::{Result, try_filled};
+use crate::job::Job;
+use crate::mesh::measure::{Vec3, add, cross, dot, norm, scale, sub};
+use crate::mesh::{NONE, Topology};
+use rayon::prelude::*;
+
+/// Turns below this are flat (radians).
+const FLAT: f64 = 0.01;
+/// Turns above this, about 30 degrees, are edges by themselves: they are not added to, and no walk crosses them.
+const SHARP: f64 = 0.52;
+/// Edges crossed by one walk.
+const CROSSINGS: usize = 200;
+
+/// The surface that is walked on.
+pub struct Walker<'a> {
+    /// Vertices.
+    pub positions: &'a [Vec3],
+    /// Faces, consistently oriented.
+    pub triangles: &'a [[u32; 3]],
+    /// Their edges.
+    pub topology: &'a Topology,
+}
+
+/// Gives the step in the middle of every fillet that turns within `reach` (model units) of it the turn of the whole
+/// fillet.
+///
+/// # Errors
+/// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
+pub fn gather(dual: &mut Dual, walker: &Walker<'_>, reach: f64, job: &Job) -> Result<()> {
+    let mut turn_of_edge = try_filled(walker.topology.edge_count(), 0.0f64, "turns")?;
+    let mut pairs: Vec<(u32, u32)> = Vec::new();
+    let mut s = 0;
+    for e in 0..walker.topology.edge_count() as u32 {
+        let sides = walker.topology.halfedges(e).len();
+        if sides == 2 {
+            turn_of_edge[e as usize] = dual.steps[s].turn;
+            if dual.steps[s].turn > FLAT && dual.steps[s].turn < SHARP {
+                pairs.push((e, s as u32));
+            }
+            s += 1;
+        } else {
+            s += super::dual::step_count(sides);
+        }
+    }
+    let gathered: Vec<Option<f64>> = pairs
+        .par_iter()
+        .map(|&(e, _)| {
+            job.check()?;
+            let own = turn_of_edge[e as usize];
+            let walks = [0, 1].map(|k| walker.walk(walker.topology.halfedges(e)[k], &turn_of_edge, reach));
+            let near: f64 = own + walks[0].0 + walks[1].0;
+            let far: f64 = own + walks[0].1 + walks[1].1;
+            // the edge where half of the turning is done
+            let middle = (walks[0].0 - walks[1].0).abs() <= own * (1.0 + 1e-6);
+            let whole = 2.0 * near - far;
+            Ok((middle && whole > own).then_some(whole))
+        })
+        .collect::<Result<_>>()?;
+    for ((_, s), whole) in pairs.iter().zip(gathered) {
+        if let Some(whole) = whole {
+            dual.steps[*s as usize].turn = whole;
+        }
+    }
+    Ok(())
+}
+
+impl Walker<'_> {
+    /// What a straight line turns that starts in the middle of `halfedge`, square to it, and goes into its face: within
+    /// `reach` and within twice that.
+    fn walk(&self, halfedge: u32, turn_of_edge: &[f64], reach: f64) -> (f64, f64) {
+        let mut h = halfedge;
+        let (a, b) = self.ends(h);
+        let mut at = scale(add(a, b), 0.5);
+        let Some(mut way) = self.inward(h) else { return (0.0, 0.0) };
+        let (mut near, mut far, mut walked) = (0.0, 0.0, 0.0);
+        for _ in 0..CROSSINGS {
+            let Some((exit, point, length)) = self.leave(h, at, way) else { break };
+            walked += length;
+            if walked > 2.0 * reach {
+                break;
+            }
+            let twin = self.topology.twin(exit);
+            let turn = turn_of_edge[self.topology.edge_of_halfedge[exit as usize] as usize];
+            if twin == NONE || turn.abs() >= SHARP {
+                break;
+            }
+            let (Some(out), Some(into)) = (self.inward(exit), self.inward(twin)) else { break };
+            // the line keeps its angle with the edge
+            let (p, q) = self.ends(exit);
+            let along = sub(q, p);
+            let along = scale(along, 1.0 / norm(along).max(f64::MIN_POSITIVE));
+            // only as much of the turn as the line runs square to the edge
+            let square = (-dot(way, out)).clamp(0.0, 1.0);
+            far += square * turn;
+            if walked <= reach {
+                near += square * turn;
+            }
+            way = add(scale(along, dot(way, along)), scale(into, square));
+            (h, at) = (twin, point);
+        }
+        (near, far)
+    }
+
+    fn ends(&self, h: u32) -> (Vec3, Vec3) {
+        let t = self.triangles[h as usize / 3];
+        let k = h as usize % 3;
+        (self.positions[t[k] as usize], self.positions[t[(k + 1) % 3] as usize])
+    }
+
+    /// Unit vector square to the half-edge in the plane of its face, into the face.
+    fn inward(&self, h: u32) -> Option<Vec3> {
+        let (a, b) = self.ends(h);
+        let t = self.triangles[h as usize / 3];
+        let c = self.positions[t[(h as usize % 3 + 2) % 3] as usize];
+        let e = sub(b, a);
+        let n = cross(e, sub(c, a));
+        let v = cross(n, e);
+        let length = norm(v);
+        (length > 0.0).then(|| scale(v, 1.0 / length))
+    }
+
+    /// Where the line from `at` on half-edge `h` in direction `way` leaves the face of `h`: half-edge, point, distance.
+    fn leave(&self, h: u32, at: Vec3, way: Vec3) -> Option<(u32, Vec3, f64)> {
+        let f = h - h % 3;
+        let mut best: Option<(u32, Vec3, f64)> = None;
+        for g in [f + (h + 1) % 3, f + (h + 2) % 3] {
+            let inward = self.inward(g)?;
+            let speed = -dot(way, inward);
+            let distance = dot(sub(at, self.ends(g).0), inward);
+            if speed > 0.0 {
+                let length = (distance / speed).max(0.0);
+                if best.is_none_or(|b| length < b.2) {
+                    best = Some((g, add(at, scale(way, length)), length));
+                }
+            }
+        }
+        best
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::{Field, reason};
 use crate::error::{Error, Result, try_filled, try_vec};
-use crate::geodesic::eccentricity::{Eccentricity, eccentricity};
+use crate::geodesic::eccentricity::{Eccentricity, Targets, eccentricity};
 use crate::geodesic::{HeatOptions, HeatSolver, Mode};
 use crate::job::{Job, Stage};
 use crate::mesh::intrinsic::IntrinsicMesh;
@@ -79,7 +79,8 @@ pub fn compute(mesh: &TriMesh, options: &Options, job: &Job) -> Result<Field> {
     lap(Stage::Factor);
 
     job.begin(Stage::Geodesic, 0.45, 1.0, n as u64)?;
-    let d1 = eccentricity(&solver, mesh.positions(), options.d1, job)?;
+    let all = try_filled(n, true, "the field")?;
+    let d1 = eccentricity(&solver, mesh.positions(), Targets { ask: &all, far: &all }, options.d1, job)?;
     lap(Stage::Geodesic);
 
     assemble(mesh, d1, d2, face_d2, seconds)

@@ -1,13 +1,13 @@
-//! D1: the eccentricity of every vertex, max over u of the geodesic distance d(v, u) within its component.
+//! D1: the eccentricity of a vertex, the largest geodesic distance d(v, u) to any far end u of its component.
 //!
 //! [`Mode::AllSources`] is the paper's definition, one distance field a vertex. [`Mode::Certified`] needs far fewer: a
 //! field from source s bounds every vertex by the triangle inequality,
 //!
-//! > max(d(s,v), ecc(s) - d(s,v)) ≤ ecc(v) ≤ ecc(s) + d(s,v),
+//! > max(d(s,v) if s may be a far end, ecc(s) - d(s,v)) ≤ ecc(v) ≤ ecc(s) + d(s,v),
 //!
 //! and sources are added where the bounds are farthest apart until they agree (Takes & Kosters, "Computing the
 //! eccentricity distribution of large graphs", Algorithms 6 (2013), on surfaces). Heat distances are not quite symmetric,
-//! so the bounds are padded by the asymmetry that the sources show among themselves.
+//! so the bounds are padded by the contradictions that the fields show among themselves.
 
 use super::heat::HeatSolver;
 use crate::error::{Error, Result, try_filled};
@@ -28,7 +28,16 @@ pub enum Mode {
     },
 }
 
-/// The farthest distance of every vertex, model units; NaN at vertices without a triangle.
+/// Whose farthest distance is wanted, and which vertices may be at the far end: flags by vertex.
+#[derive(Debug, Clone, Copy)]
+pub struct Targets<'a> {
+    /// Vertices whose eccentricity is wanted.
+    pub ask: &'a [bool],
+    /// Vertices that may be the far end. A component without one has no eccentricity.
+    pub far: &'a [bool],
+}
+
+/// The farthest distance of every vertex that was asked for, model units; NaN at others and at those without a triangle.
 #[derive(Debug, Clone)]
 pub struct Eccentricity {
     /// The value: the largest lower bound found for d(v, farthest(v)), mostly that distance itself.
@@ -41,18 +50,26 @@ pub struct Eccentricity {
     pub upper: Vec<f64>,
     /// Distance fields computed.
     pub solves: usize,
+    /// By component, the longest distance in any field, far end or not, and its two vertices.
+    pub longest: Vec<(f64, [u32; 2])>,
 }
 
 /// Smallest and largest number of columns of sources between two looks at the bounds.
 const ROUND: (usize, usize) = (LANES, 8 * LANES);
 
-/// Eccentricity of every vertex of the solver's surface. `positions` of its vertices, in model units, serve to spread
-/// the sources of one round.
-pub fn eccentricity(solver: &HeatSolver, positions: &[Vec3], mode: Mode, job: &Job) -> Result<Eccentricity> {
+/// Eccentricity of the vertices of the solver's surface that `targets` asks for. `positions` of its vertices, in model
+/// units, serve to spread the sources of one round.
+pub fn eccentricity(
+    solver: &HeatSolver,
+    positions: &[Vec3],
+    targets: Targets<'_>,
+    mode: Mode,
+    job: &Job,
+) -> Result<Eccentricity> {
     match mode {
-        Mode::AllSources => all_sources(solver, job),
+        Mode::AllSources => all_sources(solver, targets, job),
         Mode::Certified { tolerance } if tolerance > 0.0 && tolerance.is_finite() => {
-            certified(solver, positions, tolerance, job)
+            certified(solver, positions, targets, tolerance, job)
         }
         Mode::Certified { tolerance } => {
             Err(Error::Argument(format!("the D1 tolerance must be positive, not {tolerance}")))
@@ -61,26 +78,30 @@ pub fn eccentricity(solver: &HeatSolver, positions: &[Vec3], mode: Mode, job: &J
 }
 
 /// The paper's definition: a field from every vertex. Column k holds the k-th vertex of every component.
-fn all_sources(solver: &HeatSolver, job: &Job) -> Result<Eccentricity> {
-    let members = members(solver)?;
+fn all_sources(solver: &HeatSolver, targets: Targets<'_>, job: &Job) -> Result<Eccentricity> {
+    let members = members(solver, targets.ask)?;
     let longest = members.iter().map(Vec::len).max().unwrap_or(0);
     let columns: Vec<Vec<u32>> =
         (0..longest).map(|k| members.iter().filter_map(|m| m.get(k).copied()).collect()).collect();
-    let far = solver.for_each_column(&slices(&columns), job, |_, field| farthest(solver, field))?;
-    let mut out = Eccentricity::unknown(solver.vertex_count())?;
+    let far = solver.for_each_column(&slices(&columns), job, |_, field| farthest(solver, targets.far, field))?;
+    let mut out = Eccentricity::unknown(solver)?;
     for (&s, far) in columns.iter().zip(&far).flat_map(|(c, far)| c.iter().map(move |s| (s, far))) {
-        let (at, d) = far[solver.component()[s as usize] as usize];
+        let component = solver.component()[s as usize] as usize;
+        let End { far, all } = far[component];
+        out.lengthen(component, s, all);
         let s = s as usize;
-        (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (d, at, d, d);
+        if far.0 != NONE {
+            (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (far.1, far.0, far.1, far.1);
+        }
         out.solves += 1;
     }
     Ok(out)
 }
 
-/// Vertices by component.
-fn members(solver: &HeatSolver) -> Result<Vec<Vec<u32>>> {
+/// The vertices of every component that have their flag set.
+fn members(solver: &HeatSolver, flag: &[bool]) -> Result<Vec<Vec<u32>>> {
     let mut members: Vec<Vec<u32>> = try_filled(solver.component_count(), Vec::new(), "components")?;
-    for (v, &c) in solver.component().iter().enumerate().filter(|&(_, &c)| c != NONE) {
+    for (v, &c) in solver.component().iter().enumerate().filter(|&(v, &c)| c != NONE && flag[v]) {
         members[c as usize].push(v as u32);
     }
     Ok(members)
@@ -90,42 +111,68 @@ fn slices(columns: &[Vec<u32>]) -> Vec<&[u32]> {
     columns.iter().map(Vec::as_slice).collect()
 }
 
-/// Farthest vertex of a field and its distance, by component; the lowest vertex of equals.
-fn farthest(solver: &HeatSolver, field: &[f64]) -> Vec<(u32, f64)> {
-    let mut far = vec![(NONE, 0.0); solver.component_count()];
+/// The far ends of one component in one field: vertex and distance.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    /// Among those that may be far ends.
+    far: (u32, f64),
+    /// Among all vertices.
+    all: (u32, f64),
+}
+
+/// The far ends of a field by component; the lowest vertex of equals.
+fn farthest(solver: &HeatSolver, far: &[bool], field: &[f64]) -> Vec<End> {
+    let none = (NONE, -1.0);
+    let mut ends = vec![End { far: none, all: none }; solver.component_count()];
     for (v, (&d, &c)) in field.iter().zip(solver.component()).enumerate() {
         // NaN, of a vertex without a source in its component, compares false
-        if c != NONE && d > far[c as usize].1 {
-            far[c as usize] = (v as u32, d);
+        if c != NONE && d > ends[c as usize].all.1 {
+            ends[c as usize].all = (v as u32, d);
+        }
+        if c != NONE && far[v] && d > ends[c as usize].far.1 {
+            ends[c as usize].far = (v as u32, d);
         }
     }
-    far
+    ends
 }
 
 impl Eccentricity {
-    fn unknown(n: usize) -> Result<Eccentricity> {
+    fn unknown(solver: &HeatSolver) -> Result<Eccentricity> {
+        let n = solver.vertex_count();
         let nan = || try_filled(n, f64::NAN, "eccentricities");
         let farthest = try_filled(n, NONE, "eccentricities")?;
-        Ok(Eccentricity { distance: nan()?, lower: nan()?, upper: nan()?, farthest, solves: 0 })
+        let longest = vec![(0.0, [NONE; 2]); solver.component_count()];
+        Ok(Eccentricity { distance: nan()?, lower: nan()?, upper: nan()?, farthest, solves: 0, longest })
+    }
+
+    fn lengthen(&mut self, component: usize, source: u32, end: (u32, f64)) {
+        if end.1 > self.longest[component].0 {
+            self.longest[component] = (end.1, [source, end.0]);
+        }
     }
 
     /// Takes in the field of one column of sources.
-    fn update(&mut self, solver: &HeatSolver, sources: &[u32], field: &[f64]) {
-        let far = farthest(solver, field);
-        let mut source = vec![NONE; far.len()];
-        sources.iter().for_each(|&s| source[solver.component()[s as usize] as usize] = s);
-        for (v, &d) in field.iter().enumerate().filter(|(_, d)| !d.is_nan()) {
+    fn update(&mut self, solver: &HeatSolver, targets: Targets<'_>, sources: &[u32], field: &[f64]) {
+        let ends = farthest(solver, targets.far, field);
+        let mut source = vec![NONE; ends.len()];
+        for &s in sources {
+            let component = solver.component()[s as usize] as usize;
+            source[component] = s;
+            self.lengthen(component, s, ends[component].all);
+        }
+        for (v, &d) in field.iter().enumerate().filter(|(v, d)| targets.ask[*v] && !d.is_nan()) {
             let c = solver.component()[v] as usize;
-            let (end, ecc) = far[c];
-            let (most, witness) = if d >= ecc - d { (d, source[c]) } else { (ecc - d, end) };
+            let (end, ecc) = ends[c].far;
+            let may_be_far = targets.far[source[c] as usize];
+            let (most, witness) = if may_be_far && d >= ecc - d { (d, source[c]) } else { (ecc - d, end) };
             if most > self.distance[v] {
                 (self.distance[v], self.farthest[v]) = (most, witness);
             }
-            self.lower[v] = self.lower[v].max(d).max(ecc - d);
+            self.lower[v] = self.lower[v].max(most);
             self.upper[v] = self.upper[v].min(ecc + d);
         }
-        for &s in sources {
-            let (at, ecc) = far[solver.component()[s as usize] as usize];
+        for &s in sources.iter().filter(|&&s| targets.ask[s as usize]) {
+            let (at, ecc) = ends[solver.component()[s as usize] as usize].far;
             let s = s as usize;
             if ecc > self.distance[s] {
                 (self.distance[s], self.farthest[s]) = (ecc, at);
@@ -138,6 +185,7 @@ impl Eccentricity {
 
 /// What is known of one component between two rounds.
 struct Front {
+    /// Vertices that are asked for.
     members: Vec<u32>,
     /// Sources so far.
     solved: usize,
@@ -145,11 +193,22 @@ struct Front {
     slack: f64,
 }
 
-fn certified(solver: &HeatSolver, positions: &[Vec3], tolerance: f64, job: &Job) -> Result<Eccentricity> {
+fn certified(
+    solver: &HeatSolver,
+    positions: &[Vec3],
+    targets: Targets<'_>,
+    tolerance: f64,
+    job: &Job,
+) -> Result<Eccentricity> {
     let n = solver.vertex_count();
-    let mut state = Eccentricity::unknown(n)?;
-    let mut fronts: Vec<Front> =
-        members(solver)?.into_iter().map(|members| Front { members, solved: 0, slack: 0.0 }).collect();
+    let mut state = Eccentricity::unknown(solver)?;
+    let some_far: Vec<bool> = members(solver, targets.far)?.iter().map(|m| !m.is_empty()).collect();
+    let mut fronts: Vec<Front> = Vec::new();
+    for (members, some_far) in members(solver, targets.ask)?.into_iter().zip(some_far) {
+        if some_far && !members.is_empty() {
+            fronts.push(Front { members, solved: 0, slack: 0.0 });
+        }
+    }
     for &v in fronts.iter().flat_map(|f| &f.members) {
         (state.distance[v as usize], state.lower[v as usize], state.upper[v as usize]) = (0.0, 0.0, f64::INFINITY);
     }
@@ -165,11 +224,11 @@ fn certified(solver: &HeatSolver, positions: &[Vec3], tolerance: f64, job: &Job)
             (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k).copied()).collect()).collect();
         let fields = solver.for_each_column(&slices(&columns), job, |_, field| field.to_vec())?;
         for (front, picks) in fronts.iter_mut().zip(&picks) {
-            front.slack = front.slack.max(contradiction(solver, &state, picks, &fields));
+            front.slack = front.slack.max(contradiction(solver, targets, &state, picks, &fields));
             front.solved += picks.len();
         }
         for (sources, field) in columns.iter().zip(&fields) {
-            state.update(solver, sources, field);
+            state.update(solver, targets, sources, field);
             sources.iter().for_each(|&s| done[s as usize] = true);
         }
     }
@@ -185,11 +244,17 @@ fn certified(solver: &HeatSolver, positions: &[Vec3], tolerance: f64, job: &Job)
 
 /// By how much, relatively, new fields contradict each other (d(a,b) against d(b,a)) and the bounds that earlier fields
 /// set on their eccentricities. Source `picks[k]` is in column k of `fields`.
-fn contradiction(solver: &HeatSolver, before: &Eccentricity, picks: &[u32], fields: &[Vec<f64>]) -> f64 {
+fn contradiction(
+    solver: &HeatSolver,
+    targets: Targets<'_>,
+    before: &Eccentricity,
+    picks: &[u32],
+    fields: &[Vec<f64>],
+) -> f64 {
     let mut worst = 0.0f64;
     for (i, &s) in picks.iter().enumerate() {
         let component = solver.component()[s as usize] as usize;
-        let ecc = farthest(solver, &fields[i])[component].1;
+        let ecc = farthest(solver, targets.far, &fields[i])[component].far.1;
         let s = s as usize;
         worst = worst.max((ecc - before.upper[s]) / ecc).max((before.lower[s] - ecc) / ecc);
         for (j, &r) in picks.iter().enumerate().skip(i + 1) {
@@ -253,7 +318,8 @@ mod tests {
     fn measure((p, t): &(Vec<Vec3>, Vec<[u32; 3]>), mode: Mode) -> Eccentricity {
         let mesh = IntrinsicMesh::from_extrinsic(p, t).unwrap();
         let solver = HeatSolver::new(&mesh, HeatOptions::default(), &Job::default()).unwrap();
-        eccentricity(&solver, p, mode, &Job::default()).unwrap()
+        let all = vec![true; p.len()];
+        eccentricity(&solver, p, Targets { ask: &all, far: &all }, mode, &Job::default()).unwrap()
     }
 
     #[test]

@@ -94,8 +94,11 @@ fn nothing_and_nonsense() {
     }
     let many = "f 1\n".repeat(300_000);
     assert!(matches!(try_read(many.as_bytes(), "obj"), Err(Error::Empty(_))));
-    let header = "ply\nformat ascii 1.0\n".to_owned() + &"element vertex 1\n".repeat(300_000);
-    assert!(try_read(header.as_bytes(), "ply").is_err());
+    for line in ["element e# 1\n", "property int p#\n"] {
+        let lines: String = (0..300_000).map(|i| line.replace('#', &i.to_string())).collect();
+        let header = format!("ply\nformat ascii 1.0\nelement vertex 1\n{lines}");
+        assert!(matches!(try_read(header.as_bytes(), "ply"), Err(Error::Format(m)) if m.contains("too many")));
+    }
 }
 
 #[test]
@@ -136,23 +139,23 @@ fn files_are_loaded_with_progress_budget_and_cancel() {
     let limits = Limits::default();
 
     let job = Job::new(1, None, CancelToken::default());
-    let mut last = 0.0;
+    let mut seen = Vec::new();
     let mesh = job.run(
         Some(&mut |f, _| {
-            last = f;
+            seen.push(f);
             true
         }),
         || {
-            job.begin(Stage::Mesh, 0.0, 0.5, LOAD_UNITS)?;
-            let mesh = load(&path, &limits, &job)?;
-            // All units were reported, and not one more: the stage ends at its half.
-            std::thread::sleep(std::time::Duration::from_millis(100));
-            assert_eq!(mesh.triangles.len(), n as usize);
-            job.begin(Stage::Surface, 0.5, 1.0, 1)?;
-            Ok(mesh)
+            // Twice the units of a load, so that one too many would show as much as one too few.
+            job.begin(Stage::Mesh, 0.0, 1.0, 2 * LOAD_UNITS)?;
+            let mesh = load(&path, &limits, &job);
+            std::thread::sleep(std::time::Duration::from_millis(200));
+            mesh
         },
     );
-    assert_eq!((mesh.unwrap().unit, last), (Unit::Unknown, 1.0));
+    let mesh = mesh.unwrap();
+    assert_eq!((mesh.triangles.len(), mesh.unit), (n as usize, Unit::Unknown));
+    assert!(seen.contains(&0.5) && seen.iter().all(|&f| f <= 0.5 || f == 1.0), "{seen:?}");
 
     let budget = Job::new(1, Some(bytes.len() as u64 + 84 * n as u64 - 1), CancelToken::default());
     assert!(matches!(load(&path, &limits, &budget), Err(Error::Budget(_))));
@@ -162,7 +165,7 @@ fn files_are_loaded_with_progress_budget_and_cancel() {
     token.cancel();
     assert_eq!(load(&path, &limits, &Job::new(1, None, token)), Err(Error::Cancelled));
     let small = Limits { file_bytes: 1000, ..limits };
-    assert!(matches!(load(&path, &small, &job), Err(Error::Format(m)) if m.contains("a.stl") && m.contains("1000")));
+    assert!(matches!(load(&path, &small, &job), Err(Error::Budget(m)) if m.contains("a.stl") && m.contains("1000")));
     let missing = scratch.0.join("b.stl");
     assert!(matches!(load(&missing, &limits, &job), Err(Error::Io(m)) if m.contains("b.stl")));
     assert!(matches!(load(&scratch.0, &limits, &job), Err(Error::Io(m)) if m.contains("not a regular file")));

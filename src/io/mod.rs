@@ -74,6 +74,21 @@ pub struct RawMesh {
     pub warnings: Vec<String>,
 }
 
+impl crate::mesh::MeshSource for RawMesh {
+    fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+    fn position(&self, i: usize) -> [f64; 3] {
+        self.positions[i]
+    }
+    fn face_count(&self) -> usize {
+        self.triangles.len()
+    }
+    fn triangle(&self, f: usize) -> [i64; 3] {
+        self.triangles[f].map(i64::from)
+    }
+}
+
 /// What a file may cost, besides the memory budget of the [`Job`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
@@ -105,7 +120,8 @@ const MAX_WARNINGS: usize = 16;
 /// # Errors
 /// [`Error::Io`] (no such file, not a regular file, unreadable), [`Error::Format`] (unknown or damaged: the message has
 /// the file's name and the line or the figures that contradict each other), [`Error::Empty`] (a valid file without
-/// triangles), [`Error::NoMemory`], [`Error::Budget`], [`Error::Cancelled`].
+/// triangles), [`Error::NoMemory`], [`Error::Budget`] (also for a file beyond [`Limits::file_bytes`]),
+/// [`Error::Cancelled`].
 pub fn load(path: &Path, limits: &Limits, job: &Job) -> Result<RawMesh> {
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
@@ -201,7 +217,11 @@ fn read_file(path: &Path, limits: &Limits, job: &Job) -> Result<Vec<u8>> {
     let mut file = File::open(path).map_err(io)?;
     let size = file.metadata().map_err(io)?.len();
     if size > limits.file_bytes {
-        return Err(Error::Format(format!("{size} bytes are more than the limit of {} bytes", limits.file_bytes)));
+        let limit = limits.file_bytes;
+        return Err(Error::Budget(format!(
+            "{}: {size} bytes are more than the limit of {limit} bytes",
+            path.display()
+        )));
     }
     job.afford(size, "the contents of the file")?;
     let size = usize::try_from(size).map_err(|_| Error::NoMemory(format!("a file of {size} bytes")))?;

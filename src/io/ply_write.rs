@@ -6,8 +6,9 @@ use std::path::Path;
 
 /// Writes a PLY whose *vertices* have colours (`red green blue`) and named scalar fields (floats, NaN allowed).
 ///
-/// `colours` and every field have one entry a position. A field named `quality` is what MeshLab shows as vertex quality;
-/// the others arrive there as user-defined attributes.
+/// `colours` and every field have one entry a position. A field named `quality` is what MeshLab takes for vertex quality
+/// (to filter by or to colour anew); it drops fields of other names, and ParaView's own reader shows the colours only.
+/// Programs that read every property (Open3D, CloudCompare, trimesh, meshio) see them all.
 ///
 /// # Errors
 /// [`Error::Argument`] (a length that does not fit, a name that is taken or not `[A-Za-z_][A-Za-z0-9_]*`),
@@ -36,6 +37,7 @@ pub fn write_face_ply(
 }
 
 /// Creates (or replaces) the file at `path` and lets `body` write it, buffered: `save_ply(path, |out| write_ply(out, ..))`.
+/// After an error the file may be there in part.
 pub fn save_ply(path: &Path, body: impl FnOnce(&mut BufWriter<std::fs::File>) -> Result<()>) -> Result<()> {
     let name = |e: std::io::Error| Error::Io(format!("{}: {e}", path.display()));
     let mut out = BufWriter::with_capacity(1 << 20, std::fs::File::create(path).map_err(name)?);

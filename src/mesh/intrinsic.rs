@@ -15,9 +15,8 @@
 
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
-
-/// Marks a half-edge without a unique neighbour (boundary, non-manifold or non-orientable seam).
-const NONE: u32 = u32::MAX;
+use crate::mesh::NONE;
+use crate::mesh::measure::distance;
 
 /// A triangulated surface by connectivity and edge lengths.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +45,7 @@ impl IntrinsicMesh {
                 return Err(located(Error::Index, "names a vertex that does not exist", f));
             }
             // From the lower to the higher index, so that both sides of an edge get the same bits.
-            let length = |a: u32, b: u32| distance(&positions[a.min(b) as usize], &positions[a.max(b) as usize]);
+            let length = |a: u32, b: u32| distance(positions[a.min(b) as usize], positions[a.max(b) as usize]);
             let l = [length(t[0], t[1]), length(t[1], t[2]), length(t[2], t[0])];
             if l.iter().any(|x| !x.is_finite()) {
                 return Err(located(Error::NonFinite, "has a corner that is not finite", f));
@@ -195,11 +194,6 @@ impl IntrinsicMesh {
 
 fn located(kind: fn(crate::error::Located) -> Error, what: &str, face: usize) -> Error {
     kind(crate::error::Located { message: format!("face {face} {what}"), first: face as u64, count: 1 })
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
 }
 
 /// Twice the area of a triangle with sides `l`, by Kahan's stable form of Heron's formula; 0 if they make no triangle.

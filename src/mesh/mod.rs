@@ -2,8 +2,10 @@
 //!
 //! [`input`] turns raw buffers into a checked, welded [`TriMesh`], the only mesh type of the crate; [`topology`] finds
 //! edges, shells and a consistent orientation; [`diagnostics`] says what is wrong and where; [`measure`] holds the small
-//! formulas.
+//! formulas; [`surface`] refines the mesh to what D1 is computed on, and [`intrinsic`] makes triangles of any
+//! shape fit for that.
 
+pub mod corners;
 pub mod diagnostics;
 pub mod input;
 pub mod intrinsic;

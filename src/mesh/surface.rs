@@ -16,6 +16,7 @@ mod split;
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::intrinsic::IntrinsicMesh;
+use crate::mesh::measure::{cross, norm, sub};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -174,7 +175,7 @@ fn no_memory() -> Error {
 
 /// The spacing of vertices that options and area call for.
 fn spacing(positions: &[[f64; 3]], triangles: &[[u32; 3]], options: &SurfaceOptions) -> Result<f64> {
-    let area: f64 = triangles.iter().map(|t| length(normal(positions, t)) / 2.0).sum();
+    let area: f64 = triangles.iter().map(|t| norm(normal(positions, t)) / 2.0).sum();
     if !(area > 0.0 && area.is_finite()) {
         return Err(Error::Degenerate(crate::error::Located {
             message: "no face has an area, or the total is not finite".into(),
@@ -194,23 +195,10 @@ fn even_spacing(area: f64, vertices: usize) -> f64 {
     (area / (0.75f64.sqrt() * vertices.max(1) as f64)).sqrt()
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
 /// Normal of a triangle, twice its area long.
 fn normal(positions: &[[f64; 3]], t: &[u32; 3]) -> [f64; 3] {
     let [a, b, c] = t.map(|v| positions[v as usize]);
-    let (u, v) = (sub(b, a), sub(c, a));
-    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+    cross(sub(b, a), sub(c, a))
 }
 
 #[cfg(test)]

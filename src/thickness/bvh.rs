@@ -2,7 +2,7 @@
 //! `obvhs`, which builds the binary tree that is folded into ours.
 
 use super::lanes::{Lanes, Ray};
-use super::tree::{Block, Hit, LEAF, NO_FACE, Node, Stack, Tree};
+use super::tree::{Block, Hit, LEAF, Node, Stack, Tree};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use obvhs::aabb::Aabb;
@@ -29,6 +29,9 @@ pub struct RayMesh {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Outward unit normals, zero for faces that are left out because they have no area.
     pub(super) normals: Vec<[f64; 3]>,
+    /// Faces with the same corners in the same sense as an earlier one, and that one. Only the earlier one is in the
+    /// tree: stacks of copies would make every ray meet all of them.
+    pub(super) copies: Vec<[u32; 2]>,
     /// The middle of the bounding box in the caller's coordinates.
     centre: [f64; 3],
     /// Units of the tree per unit of the caller, a power of two.
@@ -55,10 +58,18 @@ impl RayMesh {
         copy.extend_from_slice(triangles);
         let mut normals = try_vec(triangles.len(), "normals of the ray tree")?;
         normals.extend(triangles.iter().map(|t| unit_normal(t.map(|v| points[v as usize]))));
-        let mut mesh = RayMesh { tree: Tree::default(), points, triangles: copy, normals, centre, scale };
         job.check()?;
+        let copies = find_copies(positions.len(), triangles)?;
+        let mut mesh = RayMesh { tree: Tree::default(), points, triangles: copy, normals, copies, centre, scale };
         mesh.tree = mesh.build_tree(job)?;
         Ok(mesh)
+    }
+
+    /// Gives faces that are copies of an earlier one that one's value.
+    pub(super) fn fill_copies(&self, values: &mut [f64]) {
+        for [face, original] in &self.copies {
+            values[*face as usize] = values[*original as usize];
+        }
     }
 
     /// Number of faces, those left out included.
@@ -70,6 +81,12 @@ impl RayMesh {
     #[inline(always)]
     pub(super) fn to_unit(&self, p: [f64; 3]) -> [f64; 3] {
         to_unit(p, self.centre, self.scale)
+    }
+
+    /// A point of the tree in the caller's coordinates.
+    #[inline(always)]
+    pub(super) fn to_caller(&self, p: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|a| p[a] / self.scale + self.centre[a])
     }
 
     /// A length of the tree in units of the caller.
@@ -108,12 +125,15 @@ impl RayMesh {
     }
 
     fn build_tree(&self, job: &Job) -> Result<Tree> {
-        let kept: usize = self.normals.iter().filter(|n| **n != [0.0; 3]).count();
+        let mut keep = try_filled(self.face_count(), true, "faces of the ray tree")?;
+        self.copies.iter().for_each(|c| keep[c[0] as usize] = false);
+        self.normals.iter().zip(&mut keep).for_each(|(n, keep)| *keep &= *n != [0.0; 3]);
+        let kept = keep.iter().filter(|k| **k).count();
         if kept == 0 {
             return Ok(Tree::default());
         }
         let mut faces: Vec<u32> = try_vec(kept, "faces of the ray tree")?;
-        faces.extend((0..self.face_count() as u32).filter(|&f| self.normals[f as usize] != [0.0; 3]));
+        faces.extend((0..self.face_count() as u32).filter(|&f| keep[f as usize]));
         let mut boxes = try_filled(kept, Aabb::INVALID, "boxes of the ray tree")?;
         boxes.par_iter_mut().zip(&faces).for_each(|(b, &f)| *b = padded_box(self.corners(f)));
         // obvhs allocates without asking: see first that there is room for what it will take.
@@ -122,6 +142,47 @@ impl RayMesh {
         job.check()?;
         Folder::new(self, &binary, &faces)?.fold()
     }
+}
+
+/// Pairs of a face and an earlier one with the same corners in the same sense.
+fn find_copies(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<Vec<[u32; 2]>> {
+    // The corner list begun at its smallest; copies then agree, and have the same first corner.
+    let key = |f: u32| {
+        let [a, b, c] = triangles[f as usize];
+        if a <= b && a <= c {
+            [a, b, c]
+        } else if b <= a && b <= c {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        }
+    };
+    let faces = 0..triangles.len() as u32;
+    let mut start = try_filled(vertex_count + 1, 0u32, "copies of faces")?;
+    faces.clone().for_each(|f| start[key(f)[0] as usize] += 1);
+    let mut sum = 0;
+    for s in &mut start {
+        sum += *s;
+        *s = sum;
+    }
+    let mut by_corner = try_filled(triangles.len(), 0u32, "copies of faces")?;
+    for f in faces.rev() {
+        let s = &mut start[key(f)[0] as usize];
+        *s -= 1;
+        by_corner[*s as usize] = f;
+    }
+    let mut copies = Vec::new();
+    for v in 0..vertex_count {
+        let group = &mut by_corner[start[v] as usize..start[v + 1] as usize];
+        if group.len() > 1 {
+            group.sort_unstable_by_key(|&f| (key(f), f));
+            for run in group.chunk_by(|&f, &g| key(f) == key(g)).filter(|run| run.len() > 1) {
+                copies.try_reserve(run.len()).map_err(|_| Error::NoMemory("out of memory: copies of faces".into()))?;
+                copies.extend(run[1..].iter().map(|&f| [f, run[0]]));
+            }
+        }
+    }
+    Ok(copies)
 }
 
 /// Middle of the bounding box and the power of two that brings its longest side to 1/2..1.
@@ -308,9 +369,4 @@ impl<'a> Folder<'a> {
         }
         self.out.blocks.push(block);
     }
-}
-
-/// Faces in the order of the tree, for work that profits from neighbours following each other.
-pub(super) fn faces_of(block: &Block) -> impl Iterator<Item = u32> + '_ {
-    block.face.iter().copied().filter(|&f| f != NO_FACE)
 }

@@ -1,10 +1,10 @@
 //! D2 as the paper has it: the diameter of the largest inscribed sphere that touches the surface at a face's centroid,
 //! felt out by rays (Eqs. 10-13).
 
-use super::bvh::{RayMesh, SAME_SURFACE, faces_of};
+use super::bvh::{RayMesh, SAME_SURFACE};
 use super::cone::{Cone, frame, turned};
 use super::lanes::{Lanes, Work, with_best};
-use super::tree::{Block, Stack};
+use super::tree::{Block, Stack, faces_of};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
@@ -41,14 +41,14 @@ pub fn face_widths(mesh: &RayMesh, cone: &Cone, job: &Job) -> Result<FaceWidths>
             Ok(out)
         })
         .collect();
-    let (mut open_faces, mut first_open) = (0, None);
     for (face, d) in pieces?.into_iter().flatten() {
         width[face as usize] = mesh.to_length(d);
-        if d.is_nan() {
-            open_faces += 1;
-            first_open = Some(first_open.map_or(face, |f: u32| f.min(face)));
-        }
     }
+    mesh.fill_copies(&mut width);
+    let is_open = |&f: &u32| width[f as usize].is_nan() && mesh.normals[f as usize] != [0.0; 3];
+    let mut open = (0..mesh.face_count() as u32).filter(is_open);
+    let first_open = open.next();
+    let open_faces = first_open.iter().count() as u64 + open.count() as u64;
     Ok(FaceWidths { width, open_faces, first_open })
 }
 

@@ -3,10 +3,13 @@
 pub mod bvh;
 pub mod chords;
 pub mod cone;
+mod exposed;
 pub mod inscribed;
 mod lanes;
+mod nearest;
 pub mod sdf;
 mod tree;
+pub mod wall;
 
 #[cfg(test)]
 #[path = "shapes.rs"]

@@ -1,10 +1,10 @@
 //! The shape diameter function of Shapira, Shamir & Cohen-Or (2008) as CGAL 5.5 defines its raw values: a robust mean
 //! of ray lengths. It reads walls too wide (see the inscribed sphere for a width); it is here to compare with others.
 
-use super::bvh::{RayMesh, SAME_SURFACE, cross, dot, faces_of};
+use super::bvh::{RayMesh, SAME_SURFACE, cross, dot};
 use super::cone::turned;
 use super::lanes::{Lanes, Work, with_best};
-use super::tree::{Block, Stack};
+use super::tree::{Block, Stack, faces_of};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
@@ -48,6 +48,7 @@ pub fn sdf_values(mesh: &RayMesh, rays: usize, angle: f64, job: &Job) -> Result<
     for (face, d) in pieces?.into_iter().flatten() {
         values[face as usize] = mesh.to_length(d);
     }
+    mesh.fill_copies(&mut values);
     Ok(values)
 }
 

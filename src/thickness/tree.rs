@@ -132,3 +132,8 @@ pub(super) fn sort_new(stack: &mut Stack, base: usize) {
         }
     }
 }
+
+/// Faces in the order of the tree, for work that profits from neighbours following each other.
+pub(super) fn faces_of(block: &Block) -> impl Iterator<Item = u32> + '_ {
+    block.face.iter().copied().filter(|&f| f != NO_FACE)
+}

@@ -82,7 +82,7 @@ fn a_sheared_sheet_becomes_delaunay_and_keeps_its_area() {
     // In the plane an intrinsic edge is the straight line between its ends.
     for (t, l) in mesh.triangles.iter().zip(&mesh.lengths) {
         for k in 0..3 {
-            let d = distance(&positions[t[k] as usize], &positions[t[(k + 1) % 3] as usize]);
+            let d = distance(positions[t[k] as usize], positions[t[(k + 1) % 3] as usize]);
             assert!((l[k] - d).abs() < 1e-9 * d);
         }
     }

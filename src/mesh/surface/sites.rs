@@ -6,11 +6,12 @@
 //! bundles of slivers left open. The number of points follows from area and h alone, never from the number or shape of
 //! the triangles.
 
+use super::normal;
 use super::split::UNIT;
-use super::{dot, length, normal, sub};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::intrinsic::for_each_edge;
+use crate::mesh::measure::{distance, dot, norm, sub};
 
 /// No two points of a sheet are closer than this many spacings.
 const PACKING: f64 = 0.7;
@@ -139,7 +140,7 @@ pub(super) fn lay_out(
 }
 
 fn unit(n: [f64; 3]) -> [f64; 3] {
-    let l = length(n);
+    let l = norm(n);
     if l > 0.0 { n.map(|x| x / l) } else { [0.0; 3] }
 }
 
@@ -156,7 +157,7 @@ fn edges(positions: &[[f64; 3]], triangles: &[[u32; 3]], normals: &[[f64; 3]]) -
             side_edge[side as usize] = edges.len() as u32;
             (0..3).for_each(|i| normal[i] += normals[side as usize / 3][i]);
         }
-        let length = length(sub(positions[a as usize], positions[b as usize]));
+        let length = distance(positions[a as usize], positions[b as usize]);
         edges.push(Edge { ends, length, normal: unit(normal), face: h as u32 / 3, sides: sides.len() as u32 });
     })?;
     Ok((edges, side_edge))
@@ -309,14 +310,14 @@ impl Packing {
                 job.check()?;
             }
             let corners = t.map(|v| positions[v as usize]);
-            let side = |k: usize| length(sub(corners[(k + 1) % 3], corners[k]));
+            let side = |k: usize| distance(corners[(k + 1) % 3], corners[k]);
             let k = (1..3).fold(0, |k, i| if side(i) > side(k) { i } else { k });
             // Base: the longest side, from a to b; apex c at height `height` above base point `foot`.
             let [a, b, c] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
             let base = side(k);
             let u = sub(b, a).map(|x| x / base);
             let foot = dot(sub(c, a), u);
-            let height = length(normal(positions, t)) / base;
+            let height = norm(normal(positions, t)) / base;
             // A triangle whose inscribed circle is smaller than the margin holds none.
             if !(height > 2.0 * MARGIN * h) || !normals[f].iter().any(|x| *x != 0.0) {
                 continue;

@@ -5,13 +5,13 @@
 //! only decide which of the valid triangulations is made (Delaunay within the face, by Lawson flips).
 
 use super::sites::Sites;
-use super::{dot, length, sub};
 use crate::error::{Error, Result};
+use crate::mesh::NONE;
+use crate::mesh::intrinsic::double_area;
+use crate::mesh::measure::{distance, dot, norm, sub};
 
 /// Barycentric coordinates are integers out of this many. Products of two fit an i64.
 pub(super) const UNIT: i64 = 1 << 28;
-
-const NONE: u32 = u32::MAX;
 
 /// A triangle with the neighbour across each side `k` (corner `k` to `k + 1`).
 #[derive(Clone, Copy)]
@@ -74,9 +74,9 @@ impl Cutter {
         self.bary.extend_from_slice(&[[0, 0], [UNIT, 0], [0, UNIT]]);
         let [a, b, c] = t.map(|v| positions[v as usize]);
         let (u, v) = (sub(b, a), sub(c, a));
-        let l = length(u);
+        let l = norm(u);
         let x = if l > 0.0 { dot(u, v) / l } else { 0.0 };
-        let y = super::super::intrinsic::double_area([l, length(sub(c, b)), length(v)]) / l.max(f64::MIN_POSITIVE);
+        let y = double_area([l, distance(c, b), norm(v)]) / l.max(f64::MIN_POSITIVE);
         // Without any height there is no metric to choose by: leave the first valid triangulation.
         self.flat = !(y > 1e-9 * l && y.is_finite());
         self.plane.clear();

@@ -1,6 +1,7 @@
 use super::*;
 use crate::job::CancelToken;
 use crate::mesh::intrinsic::for_each_edge;
+use crate::mesh::measure::{distance, dot, norm, sub};
 
 type Mesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
@@ -39,7 +40,7 @@ fn rod(n: u32, height: f64) -> Mesh {
 }
 
 fn area(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
-    triangles.iter().map(|t| length(normal(positions, t)) / 2.0).sum()
+    triangles.iter().map(|t| norm(normal(positions, t)) / 2.0).sum()
 }
 
 fn volume(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> f64 {
@@ -68,7 +69,7 @@ fn check(mesh: &Mesh, surface: &AnalysisSurface) {
     for f in 0..triangles.len() {
         let n = normal(positions, &triangles[f]);
         let corners = triangles[f].map(|v| positions[v as usize]);
-        let size = (0..3).map(|k| length(sub(corners[(k + 1) % 3], corners[k]))).fold(0.0, f64::max);
+        let size = (0..3).map(|k| distance(corners[(k + 1) % 3], corners[k])).fold(0.0, f64::max);
         let mut tiled = 0.0;
         for child in surface.children(f) {
             assert_eq!(surface.parent_face[child] as usize, f);
@@ -76,15 +77,15 @@ fn check(mesh: &Mesh, surface: &AnalysisSurface) {
             tiled += dot(normal(&surface.positions, &t), n);
             for v in t {
                 let p = surface.positions[v as usize];
-                assert!(dot(sub(p, corners[0]), n).abs() <= 1e-13 * size * length(n));
+                assert!(dot(sub(p, corners[0]), n).abs() <= 1e-13 * size * norm(n));
                 for k in 0..3 {
                     // The distance from every side is not negative.
                     let side = normal(&[corners[k], corners[(k + 1) % 3], p], &[0, 1, 2]);
-                    assert!(dot(side, n) >= -1e-13 * size * size * length(n));
+                    assert!(dot(side, n) >= -1e-13 * size * size * norm(n));
                 }
             }
         }
-        assert!((tiled - dot(n, n)).abs() <= 1e-11 * size * size * length(n));
+        assert!((tiled - dot(n, n)).abs() <= 1e-11 * size * size * norm(n));
     }
     assert_eq!(surface.children(triangles.len() - 1).end, surface.triangles.len());
     // No vertex is left out, none is met twice by a triangle.

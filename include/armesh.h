@@ -1,0 +1,755 @@
+#ifndef ARMESH_H
+#define ARMESH_H
+
+// armesh: slenderness (D1/D2) of the features of a triangle mesh, for metal additive manufacturing.
+// C interface. C99 and later, C++11 and later; armesh.hpp wraps it for C++17.
+//
+// What is measured, at every vertex v of a triangle mesh (Ge & Flynn, J. Intell. Manuf. 33 (2022) 519-535):
+//   D1(v)    = max over w of d(v, w), d the geodesic distance on the surface by the heat method (Eqs. 1-9):
+//              the characteristic *length* seen from v.
+//   D2(v)    = mean over the faces f at v of min_j ( l_j / cos theta_j ), l_j the length of ray j of a cone about
+//              the inward normal of f, theta_j its angle to that normal (Eqs. 10-13): the *width* at v, the
+//              diameter of an inscribed sphere. ratio(v) = D1(v) / D2(v), the slenderness. Part as a whole: max D1
+//              / max D2 (ar_summary.ratio_max). Lengths have the unit of the coordinates that came in; ratios have
+//              none.
+//
+// CONVENTIONS (they hold for every function and are not repeated)
+//
+// Status. Every function that can fail returns ar_status: AR_OK (0) or one negative AR_E_* code. The last
+// parameter
+//   `error` is NULL or an ar_error of the caller's, prepared by ar_error_init; it is written only on failure.
+//   There is no hidden error state.
+// Outputs. Written only on success, with one exception: *count is also written with AR_E_CAPACITY. After a failure
+// or a
+//   cancel every handle is as it was before the call; results of an earlier ar_compute stay.
+// Buffers. The caller allocates. `capacity` is in elements as the function defines them (mostly: vertices or
+// faces).
+//   buffer == NULL: only *count is written, to learn the size (capacity is ignored).
+//   buffer != NULL: capacity below the count gives AR_E_CAPACITY, otherwise *count elements are written.
+//   `count` may be NULL if buffer is not. Buffers need no alignment.
+// Pointers must be valid as documented and are NULL only where it says so; NULL elsewhere gives AR_E_NULL.
+//   Nothing keeps a pointer of the caller's after the call returns.
+// Structs that cross start with `uint32_t struct_size`, which ar_<struct>_init sets along with the defaults: all
+// other
+//   fields 0, and 0 always means the documented default. A struct of an older, shorter version is accepted, the
+//   fields it lacks being 0. In a longer input struct the part that this library does not know must be zero (else
+//   AR_E_STRUCT); in a longer output struct that part is set to zero. Options pointers may be NULL: all defaults.
+//   Enumerations cross as uint32_t and are checked: an unknown value or flag gives AR_E_ARGUMENT. Vertices and
+//   faces. "Vertex" is a vertex of the caller's for ar_mesh_new (vertices welded together share one value) and a
+//   welded vertex for ar_mesh_load. "Face" is a triangle in the order given, degenerate ones included. Both count
+//   from 0. What cannot be computed at a vertex is NaN, and ar_get_vertex_reason says why.
+// Threads. A const pointer to a handle may be used by several threads at once. A non-const pointer needs exclusive
+// use
+//   for the length of the call. Worker threads start inside a call and have ended when it returns; results are
+//   bit-identical for every thread count.
+// Handles. Free each exactly once; freeing NULL does nothing. Use after free is undefined, as with malloc; where
+// the freed
+//   memory is still recognisable the call returns AR_E_HANDLE instead. A defect of the library never unwinds into
+//   the caller: the call returns AR_E_INTERNAL, and the handle it used then only answers AR_E_POISONED and to
+// being freed. Paths are NUL-terminated and in the system's encoding; on Windows UTF-8.
+//
+// Generated from src/capi by cbindgen; edit there.
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ==============================================================================================================
+// Version.
+// ==============================================================================================================
+
+/// Version of the interface as a number: the one in the library's SONAME (libarmesh.so.0). It changes when a
+/// program built against the older header could no longer run; functions, codes and struct fields may be added
+/// without changing it.
+#define AR_ABI_VERSION 0
+
+/// Version of the library, "major.minor.patch". Never NULL; lives as long as the library is loaded.
+const char *ar_version(void);
+
+/// AR_ABI_VERSION of the library that is loaded, to compare with the header's.
+uint32_t ar_abi_version(void);
+
+// ==============================================================================================================
+// Status codes. Values are fixed and never reused.
+// ==============================================================================================================
+
+/// AR_OK or one of AR_E_*.
+typedef int32_t ar_status;
+
+/// Success.
+#define AR_OK 0
+
+/// A pointer that must not be NULL is.
+#define AR_E_NULL (-1)
+
+/// A parameter or option is outside its documented range.
+#define AR_E_ARGUMENT (-2)
+
+/// struct_size is no size of any version of the struct, or a part unknown to this library is not zero.
+#define AR_E_STRUCT (-3)
+
+/// The buffer is too small; *count says what is needed.
+#define AR_E_CAPACITY (-4)
+
+/// The mesh has no vertices or no faces.
+#define AR_E_EMPTY (-5)
+
+/// A face names a vertex that does not exist. ar_error.first_index is the first such face.
+#define AR_E_INDEX (-6)
+
+/// A coordinate is NaN or infinite. ar_error.first_index is the first such vertex.
+#define AR_E_NON_FINITE (-7)
+
+/// No face has an area: there is nothing to measure.
+#define AR_E_DEGENERATE (-8)
+
+/// A file cannot be read or written.
+#define AR_E_IO (-9)
+
+/// A file is not what its name or header says, or is damaged.
+#define AR_E_FORMAT (-10)
+
+/// An allocation failed, or the worker threads could not be started.
+#define AR_E_NO_MEMORY (-11)
+
+/// The memory budget does not allow the next step; nothing was allocated for it.
+#define AR_E_BUDGET (-12)
+
+/// The progress function or the cancel token asked to stop.
+#define AR_E_CANCELLED (-13)
+
+/// ar_compute has not succeeded on this mesh yet.
+#define AR_E_NOT_COMPUTED (-14)
+
+/// A numerical method failed (a factorisation broke down).
+#define AR_E_NUMERIC (-15)
+
+/// A defect of this library. Please report it.
+#define AR_E_INTERNAL (-16)
+
+/// The handle was in use during an earlier AR_E_INTERNAL and can only be freed.
+#define AR_E_POISONED (-17)
+
+/// The pointer is not a live handle of this type (freed already?). Best effort.
+#define AR_E_HANDLE (-18)
+
+/// The handle is in use by a running call that needs it exclusively. Best effort.
+#define AR_E_BUSY (-19)
+
+/// Name of a code, such as "AR_E_NULL"; "AR_E_UNKNOWN" for a number that is none. Never NULL, static.
+const char *ar_status_name(ar_status status);
+
+// ==============================================================================================================
+// Error details.
+// ==============================================================================================================
+
+/// Size of ar_error.message in bytes, the terminating NUL included.
+#define AR_MESSAGE_SIZE 512
+
+/// "No index", "none" wherever an index is a uint64_t.
+#define AR_NONE UINT64_MAX
+
+/// What went wrong. The caller owns it; one may serve many calls, but not two at once.
+typedef struct ar_error {
+  /// sizeof(ar_error), set by ar_error_init.
+  uint32_t struct_size;
+  /// The code that the call returned.
+  ar_status status;
+  /// Index of the first offending face or vertex (the message says which), or AR_NONE.
+  uint64_t first_index;
+  /// Number of offending faces or vertices; 0 if the failure is not about any.
+  uint64_t count;
+  /// UTF-8, NUL-terminated, one line: what and where. Truncated between characters if too long.
+  char message[AR_MESSAGE_SIZE];
+} ar_error;
+
+/// Use ar_error_init. Prepares the first `struct_size` bytes of `error`: status AR_OK, first_index AR_NONE, empty
+/// message.
+ar_status ar_error_init_sized(ar_error *error,
+                              uint32_t struct_size);
+
+/// Sets `error` to the defaults of this header's version.
+static inline ar_status ar_error_init(ar_error *error) {
+  return ar_error_init_sized(error, (uint32_t)sizeof *error);
+}
+
+// ==============================================================================================================
+// Progress. Stages run in the order of their numbers; a call may skip some.
+// ==============================================================================================================
+
+/// Reading and checking the mesh.
+#define AR_STAGE_MESH 0
+
+/// Refining the analysis surface.
+#define AR_STAGE_SURFACE 1
+
+/// D2: shooting rays.
+#define AR_STAGE_THICKNESS 2
+
+/// D1: factoring the Laplacian of the heat method.
+#define AR_STAGE_FACTOR 3
+
+/// D1: solving for geodesic distances.
+#define AR_STAGE_GEODESIC 4
+
+/// Partition into features.
+#define AR_STAGE_SEGMENT 5
+
+/// Called some 30 times a second with the fraction done (0 to 1, never falling, 1 at the end) and the AR_STAGE_*.
+/// Return 0 to go on, anything else to cancel. Called only on the thread that made the call; `user` is passed
+/// through. It must return: no exception and no longjmp may leave it (armesh.hpp carries exceptions across).
+typedef int32_t (*ar_progress_fn)(void *user, double fraction, uint32_t stage);
+
+/// Name of a stage, such as "thickness", to show beside a progress bar; "unknown" for other numbers. Never NULL,
+/// static.
+const char *ar_stage_name(uint32_t stage);
+
+// ==============================================================================================================
+// Cancelling from another thread.
+// ==============================================================================================================
+
+/// A flag that any thread may raise to stop the calls that were given it. Its functions may be called by several
+/// threads at once.
+typedef struct ar_cancel_token ar_cancel_token;
+
+/// Makes a token, not raised. `token`: where to put the handle; free it with ar_cancel_token_free.
+ar_status ar_cancel_token_new(ar_cancel_token **token, ar_error *error);
+
+/// Frees a token, also while a call that was given it still runs. NULL does nothing. AR_E_HANDLE if it is
+/// recognisably freed already.
+ar_status ar_cancel_token_free(ar_cancel_token *token);
+
+/// Raises the token: calls that were given it, running or to come, return AR_E_CANCELLED soon. Safe in a signal
+/// handler if `error` is NULL and the token is live.
+ar_status ar_cancel_token_cancel(const ar_cancel_token *token,
+                                 ar_error *error);
+
+/// Lowers the token, to use it again.
+ar_status ar_cancel_token_reset(const ar_cancel_token *token, ar_error *error);
+
+// ==============================================================================================================
+// Mesh: from the caller's buffers or from a file.
+// ==============================================================================================================
+
+/// ar_mesh_desc.position_type: float x, y, z.
+#define AR_FLOAT32 1
+
+/// ar_mesh_desc.position_type: double x, y, z.
+#define AR_FLOAT64 2
+
+/// ar_mesh_desc.index_type: int32_t triples; negative ones give AR_E_INDEX.
+#define AR_INT32 1
+
+/// ar_mesh_desc.index_type: uint32_t triples.
+#define AR_UINT32 2
+
+/// weld: vertices with equal coordinates become one (-0 equals +0). The default: STL and most soup need it.
+#define AR_WELD_EXACT 0
+
+/// weld: no vertices are joined; the indices are the connectivity.
+#define AR_WELD_NONE 1
+
+/// weld: a vertex joins the first earlier one within weld_tolerance.
+#define AR_WELD_TOLERANCE 2
+
+/// flags: leave out faces with a vertex that is not finite or does not exist, instead of refusing the mesh. They
+/// are counted by ar_mesh_get_diagnostics, and their vertices that no sound face uses have no results.
+#define AR_MESH_SKIP_INVALID 1
+
+/// A checked, welded triangle mesh, and the results of the latest successful ar_compute on it.
+typedef struct ar_mesh ar_mesh;
+
+/// A mesh in the caller's memory, as ar_mesh_new takes it. Read during the call only; nobody may write to the
+/// buffers meanwhile.
+typedef struct ar_mesh_desc {
+  /// sizeof(ar_mesh_desc), set by ar_mesh_desc_init.
+  uint32_t struct_size;
+  /// 0 or AR_MESH_SKIP_INVALID.
+  uint32_t flags;
+  /// vertex_count rows of x, y, z. Any alignment.
+  const void *positions;
+  /// Number of vertices, below 2^32 - 1.
+  uint64_t vertex_count;
+  /// Bytes from one vertex to the next; 0 = tight (12 or 24).
+  uint64_t position_stride;
+  /// face_count rows of three vertex indices, counter-clockwise seen from outside. Any alignment.
+  const void *triangles;
+  /// Number of faces, below (2^32 - 1) / 3.
+  uint64_t face_count;
+  /// Bytes from one triangle to the next; 0 = tight (12).
+  uint64_t triangle_stride;
+  /// AR_FLOAT32 or AR_FLOAT64. Must be set.
+  uint32_t position_type;
+  /// AR_INT32 or AR_UINT32. Must be set.
+  uint32_t index_type;
+  /// AR_WELD_*.
+  uint32_t weld;
+  /// Threads to work on; 0 = one per core.
+  uint32_t threads;
+  /// With AR_WELD_TOLERANCE the distance, coordinate units, above 0; else 0.
+  double weld_tolerance;
+  /// Bytes that the call may use at its peak, about; 0 = no limit.
+  uint64_t memory_budget;
+  /// Progress function or NULL.
+  ar_progress_fn progress;
+  /// Passed to `progress`.
+  void *user;
+  /// Token that can stop the call, or NULL.
+  const ar_cancel_token *cancel;
+} ar_mesh_desc;
+
+/// How ar_mesh_load reads a file.
+typedef struct ar_load_options {
+  /// sizeof(ar_load_options), set by ar_load_options_init.
+  uint32_t struct_size;
+  /// 0 or AR_MESH_SKIP_INVALID.
+  uint32_t flags;
+  /// AR_WELD_*.
+  uint32_t weld;
+  /// Threads to work on; 0 = one per core.
+  uint32_t threads;
+  /// With AR_WELD_TOLERANCE the distance, file units, above 0; else 0.
+  double weld_tolerance;
+  /// Bytes that the call may use at its peak, about; 0 = no limit.
+  uint64_t memory_budget;
+  /// Progress function or NULL.
+  ar_progress_fn progress;
+  /// Passed to `progress`.
+  void *user;
+  /// Token that can stop the call, or NULL.
+  const ar_cancel_token *cancel;
+} ar_load_options;
+
+/// Use ar_mesh_desc_init. Sets the first `struct_size` bytes of `desc` to the defaults; counts, pointers and types
+/// must follow.
+ar_status ar_mesh_desc_init_sized(ar_mesh_desc *desc,
+                                  uint32_t struct_size);
+
+/// Sets `desc` to the defaults of this header's version.
+static inline ar_status ar_mesh_desc_init(ar_mesh_desc *desc) {
+  return ar_mesh_desc_init_sized(desc, (uint32_t)sizeof *desc);
+}
+
+/// Use ar_load_options_init. Sets the first `struct_size` bytes of `options` to the defaults.
+ar_status ar_load_options_init_sized(ar_load_options *options, uint32_t struct_size);
+
+/// Sets `options` to the defaults of this header's version.
+static inline ar_status ar_load_options_init(ar_load_options *options) {
+  return ar_load_options_init_sized(options, (uint32_t)sizeof *options);
+}
+
+/// Makes a mesh from the caller's buffers, which can be freed afterwards.
+///   desc   the buffers and how to take them in.
+///   mesh   where to put the handle; free it with ar_mesh_free.
+/// Refused: no vertices or faces (AR_E_EMPTY), a coordinate that is not finite (AR_E_NON_FINITE) or an index out of
+/// range (AR_E_INDEX) unless AR_MESH_SKIP_INVALID, no face with an area (AR_E_DEGENERATE). Everything else wrong
+/// with a mesh is taken and reported by ar_mesh_get_diagnostics. Worst case: O(vertices + faces) time and memory.
+ar_status ar_mesh_new(const ar_mesh_desc *desc,
+                      ar_mesh **mesh,
+                      ar_error *error);
+
+/// Makes a mesh from an STL (binary or ASCII), OBJ, PLY or 3MF file (the content decides, then the name).
+///   path      NUL-terminated.
+///   options   NULL = defaults.
+///   mesh      where to put the handle; free it with ar_mesh_free.
+/// 3MF: the items of the build, transformed; ar_diagnostics.unit is the file's unit and lengths are in it. Refusals
+/// as in ar_mesh_new, and AR_E_IO, AR_E_FORMAT. Worst case: memory proportional to the unpacked file.
+ar_status ar_mesh_load(const char *path,
+                       const ar_load_options *options,
+                       ar_mesh **mesh,
+                       ar_error *error);
+
+/// Frees a mesh and its results. NULL does nothing. AR_E_HANDLE if it is recognisably freed already, AR_E_BUSY if a
+/// call that needs it exclusively runs (from a progress function, say); then nothing is freed.
+ar_status ar_mesh_free(ar_mesh *mesh);
+
+/// Positions of the vertices: x, y, z each, coordinate units. A welded vertex has the position of the first one it
+/// was welded with, one that is not finite reads NaN.
+///   xyz   3 * capacity numbers, capacity in vertices.
+ar_status ar_mesh_get_positions(const ar_mesh *mesh,
+                                double *xyz,
+                                size_t capacity,
+                                size_t *count,
+                                ar_error *error);
+
+/// Vertices of the faces, three each. Of vertices welded together the first stands for all. A face that takes no
+/// part in the computation reads UINT32_MAX three times: skipped as invalid, or two of its corners are the same
+/// point.
+///   ijk   3 * capacity numbers, capacity in faces.
+ar_status ar_mesh_get_triangles(const ar_mesh *mesh,
+                                uint32_t *ijk,
+                                size_t capacity,
+                                size_t *count,
+                                ar_error *error);
+
+/// What was odd in the file that ar_mesh_load read, in words: one UTF-8 line each, every one ended by a newline; empty for
+/// ar_mesh_new.
+///   text   capacity bytes; *count is the length with the terminating NUL.
+ar_status ar_mesh_get_warnings(const ar_mesh *mesh,
+                               char *text,
+                               size_t capacity,
+                               size_t *count,
+                               ar_error *error);
+
+// ==============================================================================================================
+// Diagnostics: what is wrong with a mesh and where, and how big it is.
+// ==============================================================================================================
+
+/// ar_diagnostics.unit: the mesh came without a unit.
+#define AR_UNIT_UNKNOWN 0
+
+/// ar_diagnostics.unit: micrometre.
+#define AR_UNIT_MICRON 1
+
+/// ar_diagnostics.unit: millimetre.
+#define AR_UNIT_MM 2
+
+/// ar_diagnostics.unit: centimetre.
+#define AR_UNIT_CM 3
+
+/// ar_diagnostics.unit: inch.
+#define AR_UNIT_INCH 4
+
+/// ar_diagnostics.unit: foot.
+#define AR_UNIT_FOOT 5
+
+/// ar_diagnostics.unit: metre.
+#define AR_UNIT_M 6
+
+/// How often a defect occurs, and where first.
+typedef struct ar_finding {
+  /// Number of occurrences.
+  uint64_t count;
+  /// Face or vertex of the first one (the field says which), or AR_NONE.
+  uint64_t first;
+  /// Place of the first one: x, y, z, coordinate units; NaN where it has no sound place.
+  double at[3];
+} ar_finding;
+
+/// What ar_mesh_get_diagnostics reports.
+typedef struct ar_diagnostics {
+  /// sizeof(ar_diagnostics), set by ar_diagnostics_init.
+  uint32_t struct_size;
+  /// AR_UNIT_* of the coordinates.
+  uint32_t unit;
+  /// Vertices, the length of the per-vertex results.
+  uint64_t vertex_count;
+  /// Faces, the length of the per-face results.
+  uint64_t face_count;
+  /// Vertices after welding.
+  uint64_t welded_vertex_count;
+  /// Faces that take part in the computation: three distinct, sound corners.
+  uint64_t used_face_count;
+  /// Vertices with a coordinate that is NaN or infinite. first: a vertex (AR_NONE for a file).
+  ar_finding non_finite_vertices;
+  /// Vertices that no used face has. first: a vertex.
+  ar_finding unreferenced_vertices;
+  /// Faces that name a vertex that does not exist. first: a face.
+  ar_finding out_of_range_faces;
+  /// Faces with two corners in one point. first: a face.
+  ar_finding collapsed_faces;
+  /// Used faces with their corners on a line. first: a face.
+  ar_finding zero_area_faces;
+  /// Faces with the same three vertices as an earlier one. first: a face.
+  ar_finding duplicate_faces;
+  /// Edges with one face: the mesh is open there. first: that face; at: the middle of the edge.
+  ar_finding boundary_edges;
+  /// Edges with more than two faces. first: one of them; at: the middle of the edge.
+  ar_finding non_manifold_edges;
+  /// Vertices where separate fans of faces touch. first: a vertex.
+  ar_finding non_manifold_vertices;
+  /// Edges whose two faces are oriented against each other. first: one of them; at: the middle of the edge.
+  ar_finding orientation_conflicts;
+  /// Closed shells that face inward although nothing contains them. first: a face.
+  ar_finding inverted_shells;
+  /// Edge-connected components of the surface.
+  uint64_t components;
+  /// 1 if every edge has two faces or more, else 0.
+  uint32_t closed;
+  /// 1 if every component can be oriented, else 0 (a Moebius strip).
+  uint32_t orientable;
+  /// Enclosed volume, coordinate units cubed: outward shells less cavities; what overlaps counts twice, open
+  /// shells nothing.
+  double volume;
+  /// Area of the used faces, coordinate units squared.
+  double area;
+  /// Lower corner of the bounding box, coordinate units.
+  double bbox_min[3];
+  /// Upper corner of the bounding box, coordinate units.
+  double bbox_max[3];
+} ar_diagnostics;
+
+/// Use ar_diagnostics_init. Sets the first `struct_size` bytes of `diagnostics` to zero and the size.
+ar_status ar_diagnostics_init_sized(ar_diagnostics *diagnostics, uint32_t struct_size);
+
+/// Sets `diagnostics` to the defaults of this header's version.
+static inline ar_status ar_diagnostics_init(ar_diagnostics *diagnostics) {
+  return ar_diagnostics_init_sized(diagnostics, (uint32_t)sizeof *diagnostics);
+}
+
+/// Reports what is wrong with the mesh and how big it is. Needs no ar_compute. The first call on a mesh is
+/// O(faces), later ones O(1).
+///   diagnostics   written; prepared by ar_diagnostics_init.
+ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnostics, ar_error *error);
+
+// ==============================================================================================================
+// Compute: fills D1, D2 and their ratio.
+// ==============================================================================================================
+
+/// profile: the method as the paper has it.
+#define AR_PROFILE_PAPER 0
+
+/// d1_method: distances from as many vertices as it takes to know D1 of every vertex to within d1_tolerance, by the
+/// triangle inequality; the number does not grow with the mesh. The default.
+#define AR_D1_CERTIFIED 0
+
+/// d1_method: distances from every vertex (the paper's definition, the reference).
+#define AR_D1_ALL_VERTICES 1
+
+/// d2_method: diameter of an inscribed sphere, the least of l / cos(theta) over the rays (Eqs. 10-13).
+#define AR_D2_INSCRIBED 0
+
+/// d2_method: shape diameter function as Shapira 2008 and CGAL define it: mean of the ray lengths within one median
+/// absolute deviation of their median, obtuse hits rejected, raw values (not smoothed or normalised).
+#define AR_D2_SDF 1
+
+/// How ar_compute and ar_geodesic_distance work. All zero but for the size is the default.
+typedef struct ar_compute_options {
+  /// sizeof(ar_compute_options), set by ar_compute_options_init.
+  uint32_t struct_size;
+  /// Threads to work on; 0 = one per core. The results do not depend on it.
+  uint32_t threads;
+  /// Bytes that the call may use at its peak, about; 0 = no limit. Refused with AR_E_BUDGET before a step
+  /// allocates.
+  uint64_t memory_budget;
+  /// Progress function or NULL.
+  ar_progress_fn progress;
+  /// Passed to `progress`.
+  void *user;
+  /// Token that can stop the call, or NULL.
+  const ar_cancel_token *cancel;
+  /// AR_PROFILE_*.
+  uint32_t profile;
+  /// D2: rays a face, 1 to 4096; 0 = 20, with AR_D2_SDF 25.
+  uint32_t rays;
+  /// D2: full opening angle of the cone of rays, radians, above 0.001 and below pi - 0.001; 0 = 2 pi / 3 (120 degrees).
+  double cone_angle;
+  /// D2: AR_D2_*.
+  uint32_t d2_method;
+  /// D1: AR_D1_*.
+  uint32_t d1_method;
+  /// D1: m in the time step t = m * h^2 of the heat method, h the mean edge length; 1e-3 to 1e6; 0 = 1.
+  double time_factor;
+  /// D1: with AR_D1_CERTIFIED the relative gap between the bounds at which a vertex counts as known, 1e-6 to 1;
+  /// 0 = 0.02. Most values are far closer than the gap.
+  double d1_tolerance;
+} ar_compute_options;
+
+/// Use ar_compute_options_init. Sets the first `struct_size` bytes of `options` to the defaults.
+ar_status ar_compute_options_init_sized(ar_compute_options *options, uint32_t struct_size);
+
+/// Sets `options` to the defaults of this header's version.
+static inline ar_status ar_compute_options_init(ar_compute_options *options) {
+  return ar_compute_options_init_sized(options, (uint32_t)sizeof *options);
+}
+
+/// Computes D1, D2 and ratio of every vertex, for the getters of the section "Results".
+///   mesh      exclusive for the length of the call.
+///   options   NULL = defaults.
+/// On success the results replace those of an earlier call; on failure or cancel those stay. Time: D2 takes
+/// O(rays * faces * log faces); D1 one solve, about O(vertices log vertices), per source: some hundred sources with
+/// AR_D1_CERTIFIED, in the worst case (and with AR_D1_ALL_VERTICES) one per vertex. Memory: about 1.6 kB a vertex.
+ar_status ar_compute(ar_mesh *mesh,
+                     const ar_compute_options *options,
+                     ar_error *error);
+
+// ==============================================================================================================
+// Results of the latest ar_compute; AR_E_NOT_COMPUTED before one succeeded.
+// ==============================================================================================================
+
+/// quantity: D1, a length.
+#define AR_D1 0
+
+/// quantity: D2, a length.
+#define AR_D2 1
+
+/// quantity: D1 / D2.
+#define AR_RATIO 2
+
+/// reason: no used face has the vertex.
+#define AR_REASON_UNREFERENCED 1
+
+/// reason: a coordinate of the vertex is NaN or infinite.
+#define AR_REASON_NON_FINITE 2
+
+/// reason: no D2, since no ray from the faces at the vertex hits anything (the surface is open).
+#define AR_REASON_NO_HIT 4
+
+/// reason: all faces at the vertex have no area.
+#define AR_REASON_DEGENERATE 8
+
+/// A vertex and where it is.
+typedef struct ar_place {
+  /// The vertex (the first of those welded together), or AR_NONE.
+  uint64_t vertex;
+  /// x, y, z, coordinate units; NaN without a vertex.
+  double position[3];
+} ar_place;
+
+/// The part in a few numbers. Maxima, minima and means are over the welded vertices that have the value; all NaN if
+/// none has.
+typedef struct ar_summary {
+  /// sizeof(ar_summary), set by ar_summary_init.
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// Greatest D1, coordinate units.
+  double d1_max;
+  /// Mean D1, coordinate units.
+  double d1_mean;
+  /// Greatest D2, coordinate units.
+  double d2_max;
+  /// Mean D2, coordinate units.
+  double d2_mean;
+  /// Least D2, coordinate units.
+  double d2_min;
+  /// d1_max / d2_max: the slenderness of the part, what the paper recommends.
+  double ratio_max;
+  /// d1_mean / d2_mean.
+  double ratio_mean;
+  /// Greatest ratio of a vertex; sharp edges raise it without bound as a mesh is refined.
+  double vertex_ratio_max;
+  /// Where D1 is greatest: one end of the longest way.
+  ar_place d1_max_at;
+  /// The other end of it.
+  ar_place d1_max_other;
+  /// Where D2 is greatest.
+  ar_place d2_max_at;
+  /// Where D2 is least.
+  ar_place d2_min_at;
+  /// Where the ratio is greatest.
+  ar_place vertex_ratio_max_at;
+  /// Welded vertices without a ratio (NaN).
+  uint64_t undefined_vertices;
+  /// Sources that the heat method was solved for.
+  uint64_t solves;
+  /// Time that each AR_STAGE_* took, seconds, by its number; 0 for a stage that did not run.
+  double stage_seconds[8];
+} ar_summary;
+
+/// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units. NaN: see
+/// ar_get_vertex_reason.
+///   out   capacity numbers, capacity in vertices.
+ar_status ar_get_vertex_d1(const ar_mesh *mesh,
+                           double *out,
+                           size_t capacity,
+                           size_t *count,
+                           ar_error *error);
+
+/// D2 of every vertex: the width, mean over the faces at the vertex, coordinate units. NaN: see
+/// ar_get_vertex_reason.
+///   out   capacity numbers, capacity in vertices.
+ar_status ar_get_vertex_d2(const ar_mesh *mesh, double *out, size_t capacity, size_t *count, ar_error *error);
+
+/// Slenderness D1 / D2 of every vertex. NaN where either is. It grows towards sharp convex edges, where D2 falls to
+/// 0.
+///   out   capacity numbers, capacity in vertices.
+ar_status ar_get_vertex_ratio(const ar_mesh *mesh,
+                              double *out,
+                              size_t capacity,
+                              size_t *count,
+                              ar_error *error);
+
+/// Why a vertex has NaN: AR_REASON_* bits; 0 where D1, D2 and ratio are numbers.
+///   out   capacity numbers, capacity in vertices.
+ar_status ar_get_vertex_reason(const ar_mesh *mesh,
+                               uint32_t *out,
+                               size_t capacity,
+                               size_t *count,
+                               ar_error *error);
+
+/// The witness of every D1: the vertex that is that far away. UINT32_MAX where D1 is NaN.
+///   out   capacity numbers, capacity in vertices.
+ar_status ar_get_vertex_farthest(const ar_mesh *mesh,
+                                 uint32_t *out,
+                                 size_t capacity,
+                                 size_t *count,
+                                 ar_error *error);
+
+/// D2 of every face, at its centroid, coordinate units. NaN for a face without area or that takes no part, or whose
+/// rays hit nothing.
+///   out   capacity numbers, capacity in faces.
+ar_status ar_get_face_d2(const ar_mesh *mesh,
+                         double *out,
+                         size_t capacity,
+                         size_t *count,
+                         ar_error *error);
+
+/// Use ar_summary_init. Sets the first `struct_size` bytes of `summary` to zero and the size.
+ar_status ar_summary_init_sized(ar_summary *summary, uint32_t struct_size);
+
+/// Sets `summary` to the defaults of this header's version.
+static inline ar_status ar_summary_init(ar_summary *summary) {
+  return ar_summary_init_sized(summary, (uint32_t)sizeof *summary);
+}
+
+/// The part in a few numbers.
+///   summary   written; prepared by ar_summary_init.
+ar_status ar_get_summary(const ar_mesh *mesh, ar_summary *summary, ar_error *error);
+
+/// Probability distribution of a quantity over the welded vertices that have it (the paper's Fig. 12).
+///   quantity   AR_D1, AR_D2 or AR_RATIO.
+///   edges      bins + 1 numbers, written: bin k holds edges[k] <= value < edges[k + 1], the last one its upper
+///              edge too; from the least to the greatest value in equal steps.
+///   share      bins numbers, written: the part of the vertices in each bin; they sum to 1.
+///   bins       1 to 1 000 000.
+/// AR_E_ARGUMENT if no vertex has the quantity.
+ar_status ar_get_histogram(const ar_mesh *mesh,
+                           uint32_t quantity,
+                           double *edges,
+                           double *share,
+                           size_t bins,
+                           ar_error *error);
+
+// ==============================================================================================================
+// Geodesic distance from one vertex.
+// ==============================================================================================================
+
+/// Geodesic distance from one vertex to every vertex, by the heat method (Eqs. 1-9). Needs no ar_compute and
+/// changes no results.
+///   source    a vertex that takes part in the computation.
+///   options   NULL = defaults; the D2 fields do not matter.
+///   out       capacity numbers, capacity in vertices: coordinate units; 0 at the source; NaN in other components
+///             and where a vertex takes no part.
+/// With out == NULL only *count is written and nothing is computed. Each call factors the operator anew: for D1 of
+/// every vertex ar_compute is far faster.
+ar_status ar_geodesic_distance(const ar_mesh *mesh,
+                               uint32_t source,
+                               const ar_compute_options *options,
+                               double *out,
+                               size_t capacity,
+                               size_t *count,
+                               ar_error *error);
+
+// ==============================================================================================================
+// Coloured PLY, to look at in MeshLab, ParaView and the like.
+// ==============================================================================================================
+
+/// Writes the welded vertices and used faces with the results as binary PLY: vertex x, y, z (float, or double where
+/// floats would show), red, green, blue (uchar, by `quantity` on the viridis scale: dark violet for the least value,
+/// yellow for the greatest; grey where it is NaN), d1, d2, ratio (float). Needs ar_compute.
+///   path       NUL-terminated; an existing file is replaced.
+///   quantity   AR_D1, AR_D2 or AR_RATIO.
+ar_status ar_mesh_write_ply(const ar_mesh *mesh,
+                            const char *path,
+                            uint32_t quantity,
+                            ar_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif // ARMESH_H

@@ -1,6 +1,5 @@
 //! From steps between neighbours to an affinity between all pairs (Eqs. 22 and 23).
 
-use super::dual::Step;
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
@@ -20,19 +19,15 @@ pub struct Shares {
 }
 
 /// --- Eq. 22 with each term divided by its mean over the steps: lengths, angles and squared lengths cannot be added
-/// otherwise, and the result would depend on the part's size.
-pub fn step_weights(steps: &[Step], volumetric: &[f64], shares: &Shares) -> Vec<f64> {
-    let mean = |f: &dyn Fn(usize) -> f64| {
-        let sum: f64 = (0..steps.len()).map(f).sum();
-        if sum > 0.0 { sum / steps.len() as f64 } else { 1.0 }
+/// otherwise, and the result would depend on the part's size. The slices have one number a step.
+pub fn step_weights(geodesic: &[f64], angular: &[f64], volumetric: &[f64], shares: &Shares) -> Vec<f64> {
+    let share = |share: f64, terms: &[f64]| {
+        let mean = terms.iter().sum::<f64>() / terms.len().max(1) as f64;
+        if mean > 0.0 { share / mean } else { 0.0 }
     };
-    let geodesic = |k: usize| steps[k].geodesic;
-    let angular = |k: usize| steps[k].angular(shares.epsilon);
-    let image = |k: usize| volumetric[k];
-    let (g, a, v) = (mean(&geodesic), mean(&angular), mean(&image));
-    (0..steps.len())
-        .map(|k| shares.geodesic * geodesic(k) / g + shares.angular * angular(k) / a + shares.volumetric * image(k) / v)
-        .collect()
+    let (g, a) = (share(shares.geodesic, geodesic), share(shares.angular, angular));
+    let v = share(shares.volumetric, volumetric);
+    (0..geodesic.len()).map(|k| g * geodesic[k] + a * angular[k] + v * volumetric[k]).collect()
 }
 
 /// An undirected graph with weighted edges.
@@ -74,7 +69,7 @@ impl Graph {
     }
 
     /// Shortest distances from `source` to all nodes; infinite where there is no way.
-    fn distances(&self, source: u32, out: &mut [f64], heap: &mut BinaryHeap<Near>) {
+    pub fn distances(&self, source: u32, out: &mut [f64], heap: &mut BinaryHeap<Near>) {
         out.fill(f64::INFINITY);
         out[source as usize] = 0.0;
         heap.clear();
@@ -111,21 +106,21 @@ impl PartialOrd for Near {
     }
 }
 
-/// Dist: shortest distances between all pairs of nodes, row by row. n² numbers.
-pub fn all_pairs(graph: &Graph, job: &Job) -> Result<Vec<f64>> {
+/// Dist: shortest distances from every source to all nodes, a row of `graph.len()` numbers a source.
+pub fn distances_from(graph: &Graph, sources: &[u32], job: &Job) -> Result<Vec<f64>> {
     let n = graph.len();
-    let mut dist = try_filled(n * n, 0.0, "distances between all pairs")?;
-    dist.par_chunks_mut(n.max(1)).enumerate().try_for_each_init(BinaryHeap::new, |heap, (v, row)| {
-        graph.distances(v as u32, row, heap);
-        job.advance(1)
+    let mut dist = try_filled(sources.len() * n, 0.0, "distances between faces")?;
+    dist.par_chunks_mut(n.max(1)).zip(sources).try_for_each_init(BinaryHeap::new, |heap, (row, &source)| {
+        graph.distances(source, row, heap);
+        job.check()
     })?;
     Ok(dist)
 }
 
 /// --- Eq. 23, in place: W = exp(-Dist / 2σ²) where Dist is first divided by its mean, so that it has no unit and σ, its
-/// mean, is 1; `width` scales σ. Pairs without a way between them get 0.
+/// mean, is 1; `width` scales σ. `dist` has rows of `n` numbers. Pairs without a way between them get 0.
 pub fn affinity(dist: &mut [f64], n: usize, width: f64) -> Result<()> {
-    let mut rows = try_vec(n, "affinities")?;
+    let mut rows = try_vec(dist.len() / n.max(1), "affinities")?;
     dist.par_chunks(n.max(1))
         .map(|row| row.iter().filter(|d| d.is_finite()).fold((0.0, 0u64), |(s, k), d| (s + d, k + 1)))
         .collect_into_vec(&mut rows);

@@ -15,6 +15,10 @@ use rayon::prelude::*;
 const FLAT: f64 = 0.01;
 /// Turns above this, about 30 degrees, are edges by themselves: they are not added to, and no walk crosses them.
 const SHARP: f64 = 0.52;
+/// Turns below this that belong to no fillet count as flat.
+const ROUGH: f64 = 0.12;
+/// Share of a fillet's turn that may go the other way or lie beyond its ends.
+const STRAY: f64 = 0.25;
 /// Edges crossed by one walk.
 const CROSSINGS: usize = 200;
 
@@ -55,31 +59,42 @@ pub fn gather(dual: &mut Dual, walker: &Walker<'_>, reach: f64, job: &Job) -> Re
             job.check()?;
             let own = turn_of_edge[e as usize];
             let walks = [0, 1].map(|k| walker.walk(walker.topology.halfedges(e)[k], &turn_of_edge, reach));
-            let near: f64 = own + walks[0].0 + walks[1].0;
-            let far: f64 = own + walks[0].1 + walks[1].1;
+            let whole = own + walks[0].near + walks[1].near;
             // the edge where half of the turning is done
-            let middle = (walks[0].0 - walks[1].0).abs() <= own * (1.0 + 1e-6);
-            let whole = 2.0 * near - far;
-            Ok((middle && whole > own).then_some(whole))
+            let middle = (walks[0].near - walks[1].near).abs() <= own * (1.0 + 1e-6);
+            // a fillet turns one way only, and ends: rough surfaces and bores do not
+            let back = walks[0].back + walks[1].back;
+            let beyond = walks[0].beyond + walks[1].beyond;
+            Ok((middle && back <= STRAY * whole && beyond <= STRAY * whole && whole > own).then_some(whole))
         })
         .collect::<Result<_>>()?;
     for ((_, s), whole) in pairs.iter().zip(gathered) {
-        if let Some(whole) = whole {
-            dual.steps[*s as usize].turn = whole;
-        }
+        let turn = &mut dual.steps[*s as usize].turn;
+        // what is not part of a fillet and turns little is roughness
+        *turn = whole.unwrap_or(if *turn < ROUGH { 0.0 } else { *turn });
     }
     Ok(())
 }
 
+/// What a straight line turns on its way.
+#[derive(Debug, Clone, Copy, Default)]
+struct Walk {
+    /// Within the reach, concave minus convex.
+    near: f64,
+    /// Convex, within the reach.
+    back: f64,
+    /// Concave, from there to twice the reach.
+    beyond: f64,
+}
+
 impl Walker<'_> {
-    /// What a straight line turns that starts in the middle of `halfedge`, square to it, and goes into its face: within
-    /// `reach` and within twice that.
-    fn walk(&self, halfedge: u32, turn_of_edge: &[f64], reach: f64) -> (f64, f64) {
+    /// What a straight line turns that starts in the middle of `halfedge`, square to it, and goes into its face.
+    fn walk(&self, halfedge: u32, turn_of_edge: &[f64], reach: f64) -> Walk {
         let mut h = halfedge;
         let (a, b) = self.ends(h);
         let mut at = scale(add(a, b), 0.5);
-        let Some(mut way) = self.inward(h) else { return (0.0, 0.0) };
-        let (mut near, mut far, mut walked) = (0.0, 0.0, 0.0);
+        let Some(mut way) = self.inward(h) else { return Walk::default() };
+        let (mut out, mut walked) = (Walk::default(), 0.0);
         for _ in 0..CROSSINGS {
             let Some((exit, point, length)) = self.leave(h, at, way) else { break };
             walked += length;
@@ -98,14 +113,16 @@ impl Walker<'_> {
             let along = scale(along, 1.0 / norm(along).max(f64::MIN_POSITIVE));
             // only as much of the turn as the line runs square to the edge
             let square = (-dot(way, out)).clamp(0.0, 1.0);
-            far += square * turn;
             if walked <= reach {
-                near += square * turn;
+                out.near += square * turn;
+                out.back += square * (-turn).max(0.0);
+            } else {
+                out.beyond += square * turn.max(0.0);
             }
             way = add(scale(along, dot(way, along)), scale(into, square));
             (h, at) = (twin, point);
         }
-        (near, far)
+        out
     }
 
     fn ends(&self, h: u32) -> (Vec3, Vec3) {

@@ -5,9 +5,9 @@ use crate::job::Job;
 use rayon::prelude::*;
 
 /// Independent starts, of which the best is kept.
-const RESTARTS: u64 = 8;
+const RESTARTS: u64 = 6;
 /// Rounds of assigning points and moving centres.
-const ROUNDS: usize = 60;
+const ROUNDS: usize = 40;
 
 /// A partition of points.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Clusters {
     pub label: Vec<u32>,
     /// Sum over points of weight × squared distance to the cluster's centre.
     pub inertia: f64,
+    /// The clusters' centres, `dim` numbers each.
+    pub centre: Vec<f64>,
 }
 
 /// Partitions the rows of `points` (`dim` numbers each, weighted by `weight`) into at most `k` clusters. The same on any
@@ -32,7 +34,7 @@ pub fn kmeans(points: &[f64], dim: usize, weight: &[f64], k: usize, job: &Job) -
         })
         .collect::<Result<_>>()?;
     let best = runs.into_iter().reduce(|a, b| if b.inertia < a.inertia { b } else { a });
-    Ok(best.unwrap_or(Clusters { label: Vec::new(), inertia: 0.0 }))
+    Ok(best.unwrap_or(Clusters { label: Vec::new(), inertia: 0.0, centre: Vec::new() }))
 }
 
 fn run(points: &[f64], dim: usize, weight: &[f64], k: usize, seed: u64) -> Clusters {
@@ -61,10 +63,11 @@ fn run(points: &[f64], dim: usize, weight: &[f64], k: usize, seed: u64) -> Clust
             break;
         }
     }
-    Clusters { label, inertia }
+    Clusters { label, inertia, centre: centres }
 }
 
-fn nearest(centres: &[f64], dim: usize, p: &[f64]) -> (usize, f64) {
+/// The nearest centre and the squared distance to it.
+pub fn nearest(centres: &[f64], dim: usize, p: &[f64]) -> (usize, f64) {
     let mut best = (0, f64::INFINITY);
     for (c, centre) in centres.chunks_exact(dim).enumerate() {
         let d = squared(centre, p);
@@ -126,7 +129,7 @@ mod tests {
         let points: Vec<f64> =
             (0..60).flat_map(|i| [(i % 3) as f64 * 10.0 + (i as f64 * 0.7).sin(), (i as f64).cos()]).collect();
         let out = kmeans(&points, 2, &[1.0; 60], 3, &job).unwrap();
-        assert!((0..60).all(|i| (out.label[i] == out.label[i % 3])));
+        assert!((0..60).all(|i| out.label[i] == out.label[i % 3]));
         assert!(out.label[0] != out.label[1] && out.label[1] != out.label[2] && out.label[0] != out.label[2]);
         let same = kmeans(&[1.0; 20], 2, &[1.0; 10], 4, &job).unwrap();
         assert!(same.inertia == 0.0 && same.label.iter().all(|l| *l == same.label[0]));

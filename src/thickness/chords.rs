@@ -1,7 +1,7 @@
-//! Rays from places that are not the mesh's own centroids: widths at points of its faces, and chords, how far the solid
-//! reaches from a point inside along opposite directions.
+//! Rays from places that are not the mesh's own centroids: widths at points of its faces; chords, how far the solid
+//! reaches from a point inside along opposite directions; and the faces that such rays meet.
 
-use super::bvh::{RayMesh, SAME_SURFACE};
+use super::bvh::{RayMesh, SAME_SURFACE, dot};
 use super::cone::{Cone, frame, turned};
 use super::lanes::{Lanes, Work, with_best};
 use super::tree::Stack;
@@ -105,6 +105,74 @@ impl Work for Widths<'_> {
             }
             if best < f64::INFINITY {
                 *out = self.mesh.to_length(best);
+            }
+        }
+    }
+}
+
+/// What a ray meets first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Met {
+    /// The face; `u32::MAX` for none.
+    pub face: u32,
+    /// The distance to it, in the caller's unit; NaN for none.
+    pub distance: f64,
+}
+
+impl Met {
+    const NOTHING: Met = Met { face: u32::MAX, distance: f64::NAN };
+}
+
+/// What the ray from `points[i]` along `ways[i]` (of any length) meets first, other than the face `skip[i]` and what lies
+/// in its plane; nothing where the way has no direction. Reports `points.len()` units to `job`.
+///
+/// # Errors
+/// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
+pub fn first_met(
+    mesh: &RayMesh,
+    points: &[[f64; 3]],
+    ways: &[[f64; 3]],
+    skip: Option<&[u32]>,
+    job: &Job,
+) -> Result<Vec<Met>> {
+    const CHUNK: usize = 256;
+    let mut out = try_filled(points.len(), Met::NOTHING, "faces met by rays")?;
+    out.par_chunks_mut(CHUNK).enumerate().try_for_each(|(k, out)| {
+        with_best(Rays { mesh, points, ways, skip, start: k * CHUNK, out });
+        job.advance(out.len() as u64)
+    })?;
+    Ok(out)
+}
+
+struct Rays<'a> {
+    mesh: &'a RayMesh,
+    points: &'a [[f64; 3]],
+    ways: &'a [[f64; 3]],
+    skip: Option<&'a [u32]>,
+    start: usize,
+    out: &'a mut [Met],
+}
+
+impl Work for Rays<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let mut stack = Stack::new();
+        for (k, out) in self.out.iter_mut().enumerate() {
+            let i = self.start + k;
+            let way = self.ways[i];
+            let length = dot(way, way).sqrt();
+            // also false for a NaN
+            if length > 0.0 {
+                let (skip, from) = match self.skip {
+                    Some(skip) => (skip[i], SAME_SURFACE),
+                    None => (u32::MAX, 0.0),
+                };
+                let ray = (self.mesh.to_unit(self.points[i]), [way[0] / length, way[1] / length, way[2] / length]);
+                if let Some(hit) = self.mesh.nearest_hit(lanes, &mut stack, ray, (from, f64::INFINITY), skip) {
+                    *out = Met { face: hit.face, distance: self.mesh.to_length(hit.t) };
+                }
             }
         }
     }

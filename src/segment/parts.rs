@@ -1,0 +1,176 @@
+//! Where the parts are, by method: a label for every face, not yet connected or numbered.
+
+use super::affinity::{Graph, step_weights};
+use super::cut::contract;
+use super::dual::Dual;
+use super::finish::NEUTRAL;
+use super::patches::{Border, Patches};
+use super::spectral::{Embedding, MOST, embed_all, embed_sampled};
+use super::vsi::Images;
+use super::{Criterion, SegmentOptions};
+use crate::error::{Error, Result, try_vec};
+use crate::job::Job;
+use crate::mesh::measure::{Vec3, add, distance, dot, scale};
+use crate::mesh::surface::AnalysisSurface;
+use crate::thickness::bvh::RayMesh;
+use crate::thickness::chords::{first_met, widths_at};
+use crate::thickness::cone::Cone;
+use crate::thickness::wall::WallMesh;
+use rayon::prelude::*;
+
+/// Patches that stand for all in the embedding.
+const LANDMARKS: usize = 600;
+/// A ray straight into the solid crosses the wall whose width is measured there if it is not longer than this many widths.
+const ACROSS: f64 = 1.25;
+/// Cosine of the angle within which the far side of a wall faces away, 25 degrees.
+const OPPOSED: f64 = 0.9;
+/// Memory that the dense method may take when the job has no budget, bytes.
+const DENSE_LIMIT: u64 = 4 << 30;
+
+/// A surface to be partitioned, and the solid that it bounds.
+pub struct Scene<'a> {
+    /// The surface.
+    pub dual: &'a Dual,
+    /// The face of `rays` that every face of the surface lies on.
+    pub parent: &'a [u32],
+    /// The solid.
+    pub rays: &'a RayMesh,
+}
+
+/// How much a border attracts: its length times what its turning falls short of [`NEUTRAL`].
+fn pull(length: f64, concave: f64) -> f64 {
+    length * (NEUTRAL - concave)
+}
+
+/// --- creases: the cut that maximises the turning along its borders. With `count`, that many parts are left.
+pub fn by_creases(
+    scene: &Scene<'_>,
+    surface: &AnalysisSurface,
+    walls: &WallMesh,
+    patches: &Patches,
+    count: Option<usize>,
+    job: &Job,
+) -> Result<Vec<u32>> {
+    let mut pulls: Vec<([u32; 2], f64)> =
+        patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
+    pulls.extend(across(scene, surface, walls, patches, job)?);
+    let region = contract(patches.seed.len(), &pulls, count)?;
+    Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
+}
+
+/// Pairs of patches on opposite sides of one wall, which attract each other as a flat border as long as the patch is wide would:
+/// the floor of a cup belongs to its bottom, the bore of a pipe to its outside.
+fn across(
+    scene: &Scene<'_>,
+    surface: &AnalysisSurface,
+    walls: &WallMesh,
+    patches: &Patches,
+    job: &Job,
+) -> Result<Vec<([u32; 2], f64)>> {
+    let dual = scene.dual;
+    let points: Vec<Vec3> = patches.seed.iter().map(|&f| dual.centroid[f as usize]).collect();
+    let ways: Vec<Vec3> = patches.seed.iter().map(|&f| scale(dual.normal[f as usize], -1.0)).collect();
+    let parents: Vec<u32> = patches.seed.iter().map(|&f| scene.parent[f as usize]).collect();
+    let width = walls.point_widths(&points, &parents, job)?.width;
+    let met = first_met(scene.rays, &points, &ways, Some(&parents), job)?;
+    let opposite = |p: usize| -> Option<([u32; 2], f64)> {
+        // also false for a NaN; a longer way runs along the wall, not across it
+        if !(met[p].distance <= ACROSS * width[p]) {
+            return None;
+        }
+        let hit = add(points[p], scale(ways[p], met[p].distance));
+        let children = surface.children(met[p].face as usize);
+        let gap = |f: &usize| distance(dual.centroid[*f], hit);
+        let g = children.min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
+        let q = patches.of_face[g];
+        let facing = dot(dual.normal[g], ways[p]) > OPPOSED;
+        (facing && q != p as u32).then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
+    };
+    Ok((0..points.len()).into_par_iter().filter_map(opposite).collect())
+}
+
+/// --- the paper's method on every face (Eqs. 14-23).
+pub fn by_all_faces(scene: &Scene<'_>, options: &SegmentOptions, job: &Job) -> Result<Vec<u32>> {
+    let n = scene.dual.face_count();
+    let bytes = (n as u64).saturating_mul(n as u64).saturating_mul(8).saturating_add(n as u64 * 4000);
+    job.afford(bytes, "the paper's segmentation, which holds the distances between all pairs of faces,")?;
+    if bytes > DENSE_LIMIT {
+        return Err(Error::Budget(format!(
+            "the paper's segmentation holds the distances between all pairs of faces: {n} faces need {bytes} bytes, \
+             the limit is {DENSE_LIMIT} bytes; use another method"
+        )));
+    }
+    let all: Vec<u32> = (0..n as u32).collect();
+    let images = images(scene, &all, options, job)?;
+    let steps = &scene.dual.steps;
+    let volumetric: Vec<f64> =
+        steps.par_iter().map(|s| images.distance(s.faces[0] as usize, s.faces[1] as usize)).collect();
+    let geodesic: Vec<f64> = steps.iter().map(|s| s.geodesic).collect();
+    let angular: Vec<f64> = steps.iter().map(|s| s.angular(options.shares.epsilon)).collect();
+    let weights = step_weights(&geodesic, &angular, &volumetric, &options.shares);
+    let edges: Vec<([u32; 2], f64)> = steps.iter().zip(weights).map(|(s, w)| (s.faces, w)).collect();
+    let graph = Graph::new(n, &edges)?;
+    drop(edges);
+    let embedding = embed_all(&graph, wanted(options, n), job)?;
+    let pulls: Vec<([u32; 2], f64)> = steps.iter().map(|s| (s.faces, pull(s.length, s.turn.max(0.0)))).collect();
+    choose(&embedding, &pulls, options, job)
+}
+
+/// --- the same on patches, from landmarks.
+pub fn by_landmarks(scene: &Scene<'_>, patches: &Patches, options: &SegmentOptions, job: &Job) -> Result<Vec<u32>> {
+    let images = images(scene, &patches.seed, options, job)?;
+    let term = |f: &dyn Fn(&Border) -> f64| -> Vec<f64> { patches.borders.iter().map(f).collect() };
+    let volumetric = term(&|b| images.distance(b.patches[0] as usize, b.patches[1] as usize));
+    let angular = term(&|b| b.concave + options.shares.epsilon * b.convex);
+    let weights = step_weights(&term(&|b| b.geodesic), &angular, &volumetric, &options.shares);
+    let edges: Vec<([u32; 2], f64)> = patches.borders.iter().zip(weights).map(|(b, w)| (b.patches, w)).collect();
+    let graph = Graph::new(patches.seed.len(), &edges)?;
+    // Seeds were put where the surface was farthest from those before: the first are spread over all of it.
+    let landmarks: Vec<u32> = (0..patches.seed.len().min(LANDMARKS) as u32).collect();
+    let embedding = embed_sampled(&graph, landmarks, &patches.area, wanted(options, patches.seed.len()), job)?;
+    let pulls: Vec<([u32; 2], f64)> = patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
+    let label = choose(&embedding, &pulls, options, job)?;
+    Ok(patches.of_face.iter().map(|&p| label[p as usize]).collect())
+}
+
+/// Number of eigenvectors to compute.
+fn wanted(options: &SegmentOptions, nodes: usize) -> usize {
+    options.count.map_or(MOST + 1, |k| k as usize).min(nodes)
+}
+
+/// The clustering into the wanted number of parts or, without one, the number that the criterion likes best.
+fn choose(embedding: &Embedding, pulls: &[([u32; 2], f64)], options: &SegmentOptions, job: &Job) -> Result<Vec<u32>> {
+    if let Some(k) = options.count {
+        return embedding.cluster(k as usize, job);
+    }
+    if options.criterion == Criterion::Eigengap {
+        return embedding.cluster(embedding.eigengap(), job);
+    }
+    let mut best: Option<(f64, Vec<u32>)> = None;
+    for k in 1..=MOST.min(embedding.samples.len().max(1)) {
+        let label = embedding.cluster(k, job)?;
+        let score = match options.criterion {
+            Criterion::Silhouette => embedding.silhouette(&label, k),
+            // what the borders between different labels repel
+            _ => -pulls.iter().filter(|p| label[p.0[0] as usize] != label[p.0[1] as usize]).map(|p| p.1).sum::<f64>(),
+        };
+        if best.as_ref().is_none_or(|b| score > b.0) {
+            best = Some((score, label));
+        }
+    }
+    Ok(best.map_or(Vec::new(), |b| b.1))
+}
+
+/// Shape images of some faces, from the centres of their inscribed spheres.
+fn images(scene: &Scene<'_>, faces: &[u32], options: &SegmentOptions, job: &Job) -> Result<Images> {
+    let pick = |from: &[Vec3]| -> Result<Vec<Vec3>> {
+        let mut to = try_vec(faces.len(), "shape images")?;
+        to.extend(faces.iter().map(|&f| from[f as usize]));
+        Ok(to)
+    };
+    let (centroid, normal) = (pick(&scene.dual.centroid)?, pick(&scene.dual.normal)?);
+    let parent: Vec<u32> = faces.iter().map(|&f| scene.parent[f as usize]).collect();
+    let cone = Cone::new(options.rays, options.cone_angle)?;
+    let width = widths_at(scene.rays, &centroid, &parent, &cone, job)?;
+    Images::new(scene.rays, &centroid, &normal, &width, job)
+}

@@ -94,7 +94,7 @@ impl Walker<'_> {
         let (a, b) = self.ends(h);
         let mut at = scale(add(a, b), 0.5);
         let Some(mut way) = self.inward(h) else { return Walk::default() };
-        let (mut out, mut walked) = (Walk::default(), 0.0);
+        let (mut sum, mut walked) = (Walk::default(), 0.0);
         for _ in 0..CROSSINGS {
             let Some((exit, point, length)) = self.leave(h, at, way) else { break };
             walked += length;
@@ -114,15 +114,15 @@ impl Walker<'_> {
             // only as much of the turn as the line runs square to the edge
             let square = (-dot(way, out)).clamp(0.0, 1.0);
             if walked <= reach {
-                out.near += square * turn;
-                out.back += square * (-turn).max(0.0);
+                sum.near += square * turn;
+                sum.back += square * (-turn).max(0.0);
             } else {
-                out.beyond += square * turn.max(0.0);
+                sum.beyond += square * turn.max(0.0);
             }
             way = add(scale(along, dot(way, along)), scale(into, square));
             (h, at) = (twin, point);
         }
-        out
+        sum
     }
 
     fn ends(&self, h: u32) -> (Vec3, Vec3) {

@@ -9,8 +9,9 @@ use crate::job::{Job, Stage};
 use crate::mesh::measure::{Vec3, add, area, bounding_box, corners, distance, scale, sub};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use crate::mesh::{NONE, TriMesh};
-use super::Solid;
+use crate::thickness::bvh::RayMesh;
 use crate::thickness::chords::first_met;
+use crate::thickness::wall::WallMesh;
 use rayon::prelude::*;
 
 /// Relative gap to which D1 of a segment's vertices is certified.
@@ -91,12 +92,12 @@ impl Segment {
     }
 }
 
-/// Measures the segments of a mesh: `triangles` are its kept faces oriented outward, `label` their segments from 0, `solid`
+/// Measures the segments of a mesh: `triangles` are its kept faces oriented outward, `label` their segments from 0, `rays`
 /// what they bound (without it no lengths and widths are measured).
 pub fn measure(
     mesh: &TriMesh,
     triangles: &[[u32; 3]],
-    solid: Option<&Solid>,
+    rays: Option<&RayMesh>,
     label: &[u32],
     options: &SegmentOptions,
     job: &Job,
@@ -104,8 +105,8 @@ pub fn measure(
     let members = members(label)?;
     let mut out: Vec<Segment> = members.par_iter().map(|faces| shape(mesh.positions(), triangles, faces)).collect();
     borders(mesh, label, &mut out)?;
-    let Some(solid) = solid else { return Ok(out) };
-    widths(mesh, triangles, solid, (&members, label), &mut out, options, job)?;
+    let Some(rays) = rays else { return Ok(out) };
+    widths(mesh, triangles, rays, (&members, label), &mut out, options, job)?;
     let total: f64 = out.iter().map(|s| s.area).sum();
     job.begin(Stage::Geodesic, 0.7, 1.0, 100 * out.len() as u64)?;
     out.par_iter_mut().zip(&members).try_for_each(|(segment, faces)| {
@@ -202,7 +203,7 @@ struct Sample {
 fn widths(
     mesh: &TriMesh,
     triangles: &[[u32; 3]],
-    solid: &Solid,
+    rays: &RayMesh,
     (members, label): (&[Vec<u32>], &[u32]),
     out: &mut [Segment],
     options: &SegmentOptions,
@@ -218,10 +219,10 @@ fn widths(
         weights.push(area([a, b, c]));
     }
     job.begin(Stage::Thickness, 0.5, 0.7, 2 * points.len() as u64)?;
-    let walls = solid.walls.point_widths(&points, &surface.parent_face, job)?;
+    let walls = WallMesh::new(mesh.positions(), triangles, job)?.point_widths(&points, &surface.parent_face, job)?;
     // from the sphere's centre straight away from the point to the wall that holds it
     let ways: Vec<Vec3> = walls.centre.iter().zip(&points).map(|(c, p)| sub(*c, *p)).collect();
-    let met = first_met(&solid.rays, &walls.centre, &ways, None, job)?;
+    let met = first_met(rays, &walls.centre, &ways, None, job)?;
     drop(ways);
     out.par_iter_mut().zip(members).enumerate().for_each(|(k, (segment, faces))| {
         let mut samples: Vec<Sample> = Vec::new();

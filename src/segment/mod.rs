@@ -36,7 +36,6 @@ use crate::mesh::measure::{Vec3, bounding_box, dot, sub};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use crate::mesh::{Topology, TriMesh};
 use crate::thickness::bvh::RayMesh;
-use crate::thickness::wall::WallMesh;
 use dual::Dual;
 use parts::Scene;
 use patches::Patches;
@@ -97,7 +96,7 @@ impl Default for SegmentOptions {
             method: Method::default(),
             count: None,
             criterion: Criterion::default(),
-            min_area: 5e-4,
+            min_area: 1e-3,
             shares: Shares { geodesic: 0.1, angular: 0.8, volumetric: 0.1, epsilon: 0.1 },
             rays: 20,
             cone_angle: 2.0 / 3.0 * std::f64::consts::PI,
@@ -117,14 +116,6 @@ pub struct Segmentation {
     pub segments: Vec<Segment>,
 }
 
-/// The solid that a mesh bounds, as rays and spheres see it.
-pub struct Solid {
-    /// For rays.
-    pub rays: RayMesh,
-    /// For wall widths.
-    pub walls: WallMesh,
-}
-
 /// Segments narrower than this share of a patch's diameter are joined with a neighbour.
 const MIN_WIDTH: f64 = 0.1;
 
@@ -139,14 +130,11 @@ pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Se
     job.afford(footprint(faces, options), "the segmentation")?;
     job.begin(Stage::Surface, 0.0, 0.1, 2)?;
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    let solid = Solid {
-        rays: RayMesh::new(mesh.positions(), &triangles, job)?,
-        walls: WallMesh::new(mesh.positions(), &triangles, job)?,
-    };
-    let label = find(mesh, &triangles, &solid, options, job)?;
+    let rays = RayMesh::new(mesh.positions(), &triangles, job)?;
+    let label = find(mesh, &triangles, &rays, options, job)?;
     let face_segment = finished(mesh, &triangles, mesh.topology()?, label, options)?;
-    let solid = options.measure.then_some(&solid);
-    let segments = measure::measure(mesh, &triangles, solid, &face_segment, options, job)?;
+    let rays = options.measure.then_some(&rays);
+    let segments = measure::measure(mesh, &triangles, rays, &face_segment, options, job)?;
     Ok(Segmentation { face_segment, segments })
 }
 
@@ -156,7 +144,7 @@ type Labels = Vec<u32>;
 fn find(
     mesh: &TriMesh,
     triangles: &[[u32; 3]],
-    solid: &Solid,
+    rays: &RayMesh,
     options: &SegmentOptions,
     job: &Job,
 ) -> Result<Labels> {
@@ -173,7 +161,7 @@ fn find(
     let rank = ranks(&dual.centroid)?;
     job.begin(Stage::Segment, 0.1, 0.5, 4)?;
     if options.method == Method::Paper {
-        let scene = Scene { dual: &dual, parent: &surface.parent_face, rays: &solid.rays };
+        let scene = Scene { dual: &dual, parent: &surface.parent_face, rays };
         return parts::by_all_faces(&scene, options, job);
     }
     let total: f64 = dual.area.iter().sum();
@@ -183,12 +171,12 @@ fn find(
     job.advance(1)?;
     let patches = Patches::new(&dual, options.patches, &rank, job)?;
     job.advance(1)?;
-    let scene = Scene { dual: &dual, parent: &surface.parent_face, rays: &solid.rays };
+    let scene = Scene { dual: &dual, parent: &surface.parent_face, rays };
     let label = match options.method {
         Method::Landmarks => parts::by_landmarks(&scene, &patches, options, job)?,
         _ => {
             let count = options.count.map(|k| k as usize);
-            parts::by_creases(&scene, &surface, &solid.walls, &patches, count, job)?
+            parts::by_creases(&scene, &surface, &patches, count, job)?
         }
     };
     finish::vote(&surface, &dual.area, &label, triangles.len())

@@ -14,8 +14,7 @@ use crate::mesh::measure::{Vec3, add, distance, dot, scale};
 use crate::mesh::surface::AnalysisSurface;
 use crate::thickness::bvh::RayMesh;
 use crate::thickness::chords::{first_met, widths_at};
-use crate::thickness::cone::Cone;
-use crate::thickness::wall::WallMesh;
+use crate::thickness::cone::{self, Cone};
 use rayon::prelude::*;
 
 /// Patches that stand for all in the embedding.
@@ -46,14 +45,13 @@ fn pull(length: f64, concave: f64) -> f64 {
 pub fn by_creases(
     scene: &Scene<'_>,
     surface: &AnalysisSurface,
-    walls: &WallMesh,
     patches: &Patches,
     count: Option<usize>,
     job: &Job,
 ) -> Result<Vec<u32>> {
     let mut pulls: Vec<([u32; 2], f64)> =
         patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
-    pulls.extend(across(scene, surface, walls, patches, job)?);
+    pulls.extend(across(scene, surface, patches, job)?);
     let region = contract(patches.seed.len(), &pulls, count)?;
     Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
 }
@@ -63,7 +61,6 @@ pub fn by_creases(
 fn across(
     scene: &Scene<'_>,
     surface: &AnalysisSurface,
-    walls: &WallMesh,
     patches: &Patches,
     job: &Job,
 ) -> Result<Vec<([u32; 2], f64)>> {
@@ -71,7 +68,7 @@ fn across(
     let points: Vec<Vec3> = patches.seed.iter().map(|&f| dual.centroid[f as usize]).collect();
     let ways: Vec<Vec3> = patches.seed.iter().map(|&f| scale(dual.normal[f as usize], -1.0)).collect();
     let parents: Vec<u32> = patches.seed.iter().map(|&f| scene.parent[f as usize]).collect();
-    let width = walls.point_widths(&points, &parents, job)?.width;
+    let width = widths_at(scene.rays, &points, &parents, &Cone::new(cone::RAYS, cone::ANGLE)?, job)?;
     let met = first_met(scene.rays, &points, &ways, Some(&parents), job)?;
     let opposite = |p: usize| -> Option<([u32; 2], f64)> {
         // also false for a NaN; a longer way runs along the wall, not across it

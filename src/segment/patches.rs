@@ -13,6 +13,8 @@ use std::collections::BinaryHeap;
 
 /// How far apart one radian of concave turning puts two faces, in patch diameters.
 const TURN: f64 = 3.0;
+/// Turn of a sharp edge, radians.
+const SHARP: f64 = 0.4;
 /// Covering radius at which seeding stops, in patch diameters.
 const RADIUS: f64 = 0.75;
 
@@ -51,9 +53,43 @@ pub struct Border {
 struct Place {
     distance: f64,
     seed: u32,
+    /// Length of the way from the seed.
     walked: f64,
-    concave: f64,
-    convex: f64,
+    turned: Turned,
+}
+
+/// How a way turns, radians.
+#[derive(Debug, Clone, Copy, Default)]
+struct Turned {
+    /// At sharp concave edges.
+    sharp: f64,
+    /// At other concave edges.
+    up: f64,
+    /// At convex edges that are not sharp.
+    down: f64,
+    /// At sharp convex edges.
+    over: f64,
+}
+
+impl Turned {
+    fn and(mut self, turn: f64) -> Turned {
+        match turn {
+            t if t >= SHARP => self.sharp += t,
+            t if t > 0.0 => self.up += t,
+            t if t > -SHARP => self.down -= t,
+            t => self.over -= t,
+        }
+        self
+    }
+
+    /// On a rough surface small turns come both ways: only what is left of them counts.
+    fn concave(self, rest: Turned) -> f64 {
+        self.sharp + rest.sharp + (self.up + rest.up - self.down - rest.down).max(0.0)
+    }
+
+    fn convex(self, rest: Turned) -> f64 {
+        self.down + rest.down + self.over + rest.over
+    }
 }
 
 impl Patches {
@@ -65,7 +101,7 @@ impl Patches {
     pub fn new(dual: &Dual, target: usize, rank: &[u32], job: &Job) -> Result<Patches> {
         let total: f64 = dual.area.iter().sum();
         let diameter = (total / target.max(1) as f64).sqrt();
-        let unknown = Place { distance: f64::INFINITY, seed: NONE, walked: 0.0, concave: 0.0, convex: 0.0 };
+        let unknown = Place { distance: f64::INFINITY, seed: NONE, walked: 0.0, turned: Turned::default() };
         let mut place = try_filled(dual.face_count(), unknown, "patches")?;
         let mut seed: Vec<u32> = Vec::new();
         // the farthest face comes out first, the first by rank of equals; entries may be out of date
@@ -121,8 +157,8 @@ impl Patches {
                 let length = step.length.max(f64::MIN_POSITIVE);
                 border.length += length;
                 border.geodesic = border.geodesic.min(a.walked + step.geodesic + b.walked);
-                border.concave += length * (a.concave + step.turn.max(0.0) + b.concave);
-                border.convex += length * (a.convex + (-step.turn).max(0.0) + b.convex);
+                border.concave += length * a.turned.and(step.turn).concave(b.turned);
+                border.convex += length * a.turned.and(step.turn).convex(b.turned);
             }
             border.concave /= border.length;
             border.convex /= border.length;
@@ -134,7 +170,7 @@ impl Patches {
 
 /// Takes for a new seed the faces that are nearer to it than to any before.
 fn grow(dual: &Dual, diameter: f64, f: u32, seed: u32, place: &mut [Place], heap: &mut BinaryHeap<Near>) {
-    place[f as usize] = Place { distance: 0.0, seed, walked: 0.0, concave: 0.0, convex: 0.0 };
+    place[f as usize] = Place { distance: 0.0, seed, walked: 0.0, turned: Turned::default() };
     heap.push(Near(0.0, f));
     while let Some(Near(d, f)) = heap.pop() {
         let here = place[f as usize];
@@ -150,8 +186,7 @@ fn grow(dual: &Dual, diameter: f64, f: u32, seed: u32, place: &mut [Place], heap
                     distance: d,
                     seed,
                     walked: here.walked + step.geodesic,
-                    concave: here.concave + step.turn.max(0.0),
-                    convex: here.convex + (-step.turn).max(0.0),
+                    turned: here.turned.and(step.turn),
                 };
                 heap.push(Near(d, g));
             }

@@ -1,4 +1,6 @@
-use super::testshapes::{Composite, adjusted_rand, composites, plate_with_pins, t_beam};
+use super::testshapes::{
+    Composite, adjusted_rand, composites, cross_of_tubes, dumbbell, mug, plate_with_pins, t_beam,
+};
 use super::*;
 use crate::job::CancelToken;
 use crate::mesh::measure::scale;
@@ -54,37 +56,41 @@ fn composites_fall_into_their_parts_by_themselves() {
 }
 
 #[test]
-fn spectral_methods_agree_with_each_other_and_the_truth() {
-    for shape in composites(3.0) {
+fn the_methods_agree_at_equal_number_of_parts() {
+    for shape in [dumbbell(2.0), t_beam(2.5)] {
+        let count = Some(shape.label.iter().max().unwrap() + 1);
+        let by = |method| run(&shape, &SegmentOptions { method, count, ..partition_only() }).face_segment;
+        let (paper, landmarks, creases) = (by(Method::Paper), by(Method::Landmarks), by(Method::Creases));
+        let sampled = adjusted_rand(&paper, &landmarks);
+        let default = adjusted_rand(&paper, &creases);
+        eprintln!("{}: paper-landmarks {sampled:.3} paper-creases {default:.3}", shape.name);
+        assert!(sampled >= 0.9, "{}: {sampled}", shape.name);
+    }
+}
+
+/// How well each criterion finds the number of parts: printed, for the documentation.
+#[test]
+#[ignore = "a table, not a check"]
+fn criteria_compared() {
+    for shape in [dumbbell(1.5), t_beam(1.5), plate_with_pins(1.5), cross_of_tubes(1.0), mug(1.0)] {
         let count = shape.label.iter().max().unwrap() + 1;
-        let by = |method, count| run(&shape, &SegmentOptions { method, count, ..partition_only() });
-        let paper = by(Method::Paper, Some(count));
-        let sampled = by(Method::Landmarks, Some(count));
-        let default = by(Method::Creases, Some(count));
-        let index = |a: &Segmentation, b: &[u32]| adjusted_rand(&a.face_segment, b);
-        eprintln!(
-            "{}: {} faces; truth: paper {:.3} landmarks {:.3} creases {:.3}; paper-landmarks {:.3} paper-creases {:.3}",
-            shape.name,
-            shape.triangles.len(),
-            index(&paper, &shape.label),
-            index(&sampled, &shape.label),
-            index(&default, &shape.label),
-            index(&paper, &sampled.face_segment),
-            index(&paper, &default.face_segment),
-        );
+        let line = |name: &str, options: SegmentOptions| {
+            let out = run(&shape, &options);
+            let (n, index) = (out.segments.len(), adjusted_rand(&out.face_segment, &shape.label));
+            println!("{:16} {name:28} {n:3} of {count} segments, index {index:.3}", shape.name);
+        };
+        line("creases", partition_only());
+        let method = Method::Landmarks;
+        line("landmarks, number given", SegmentOptions { method, count: Some(count), ..partition_only() });
         for criterion in [Criterion::Eigengap, Criterion::Silhouette, Criterion::Creases] {
-            for method in [Method::Landmarks] {
-                let out = run(&shape, &SegmentOptions { method, criterion, ..partition_only() });
-                let i = index(&out, &shape.label);
-                eprintln!("   {method:?} {criterion:?}: {} of {count} segments, index {i:.3}", out.segments.len());
-            }
+            line(&format!("landmarks, {criterion:?}"), SegmentOptions { method, criterion, ..partition_only() });
         }
     }
 }
 
 #[test]
 fn turned_scaled_and_renumbered_parts_fall_into_the_same_parts() {
-    for shape in composites(1.5) {
+    for shape in composites(1.0) {
         let first = run(&shape, &partition_only());
         let turn = |p: &Vec3| {
             let (s, c) = 0.7f64.sin_cos();
@@ -293,7 +299,7 @@ fn odd_meshes_are_partitioned_without_harm() {
 
 #[test]
 fn no_segments_are_smaller_than_asked_for_and_all_hang_together() {
-    for shape in composites(1.5) {
+    for shape in composites(1.0) {
         let out = run(&shape, &SegmentOptions { min_area: 0.02, ..partition_only() });
         let total: f64 = out.segments.iter().map(|s| s.area).sum();
         assert!(out.segments.iter().all(|s| s.area >= 0.02 * total), "{}", shape.name);

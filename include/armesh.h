@@ -5,48 +5,45 @@
 // C interface. C99 and later, C++11 and later; armesh.hpp wraps it for C++17.
 //
 // What is measured, at every vertex v of a triangle mesh (Ge & Flynn, J. Intell. Manuf. 33 (2022) 519-535):
-//   D1(v)    = max over w of d(v, w), d the geodesic distance on the surface by the heat method (Eqs. 1-9):
-//              the characteristic *length* seen from v.
+//   D1(v)    = max over w of d(v, w), d the geodesic distance on the surface by the heat method (Eqs. 1-9): the
+//              characteristic *length* seen from v.
 //   D2(v)    = mean over the faces f at v of min_j ( l_j / cos theta_j ), l_j the length of ray j of a cone about
 //              the inward normal of f, theta_j its angle to that normal (Eqs. 10-13): the *width* at v, the
-//              diameter of an inscribed sphere. ratio(v) = D1(v) / D2(v), the slenderness. Part as a whole: max D1
-//              / max D2 (ar_summary.ratio_max). Lengths have the unit of the coordinates that came in; ratios have
-//              none.
+//              diameter of an inscribed sphere.
+//   ratio(v) = D1(v) / D2(v), the slenderness. Of the part: max D1 / max D2 (ar_summary.ratio_max).
+// That is AR_PROFILE_PAPER. AR_PROFILE_PRINT, the default, measures the same length and width so that they depend on
+// the shape and not on its triangles: d is exact, and D2 is the wall width (AR_D2_WALL).
+// Lengths have the unit of the coordinates that came in; ratios have none.
 //
 // CONVENTIONS (they hold for every function and are not repeated)
 //
-// Status. Every function that can fail returns ar_status: AR_OK (0) or one negative AR_E_* code. The last
-// parameter
+// Status. Every function that can fail returns ar_status: AR_OK (0) or one negative AR_E_* code. The last parameter
 //   `error` is NULL or an ar_error of the caller's, prepared by ar_error_init; it is written only on failure.
-//   There is no hidden error state.
+//   There is no hidden error state. The functions *_init and *_free have no `error`.
 // Outputs. Written only on success, with one exception: *count is also written with AR_E_CAPACITY. After a failure
-// or a
-//   cancel every handle is as it was before the call; results of an earlier ar_compute stay.
-// Buffers. The caller allocates. `capacity` is in elements as the function defines them (mostly: vertices or
-// faces).
+//   or a cancel every handle is as it was before the call; results of an earlier ar_compute stay.
+// Buffers. The caller allocates. `capacity` is in elements as the function defines them (mostly: vertices or faces).
 //   buffer == NULL: only *count is written, to learn the size (capacity is ignored).
 //   buffer != NULL: capacity below the count gives AR_E_CAPACITY, otherwise *count elements are written.
-//   `count` may be NULL if buffer is not. Buffers need no alignment.
-// Pointers must be valid as documented and are NULL only where it says so; NULL elsewhere gives AR_E_NULL.
-//   Nothing keeps a pointer of the caller's after the call returns.
+//   `count` may be NULL if the buffer is not. Buffers need no alignment.
+// Pointers must be valid as documented and are NULL only where it says so; NULL elsewhere gives AR_E_NULL. Nothing
+//   keeps a pointer of the caller's after the call returns.
 // Structs that cross start with `uint32_t struct_size`, which ar_<struct>_init sets along with the defaults: all
-// other
-//   fields 0, and 0 always means the documented default. A struct of an older, shorter version is accepted, the
-//   fields it lacks being 0. In a longer input struct the part that this library does not know must be zero (else
-//   AR_E_STRUCT); in a longer output struct that part is set to zero. Options pointers may be NULL: all defaults.
-//   Enumerations cross as uint32_t and are checked: an unknown value or flag gives AR_E_ARGUMENT. Vertices and
-//   faces. "Vertex" is a vertex of the caller's for ar_mesh_new (vertices welded together share one value) and a
-//   welded vertex for ar_mesh_load. "Face" is a triangle in the order given, degenerate ones included. Both count
-//   from 0. What cannot be computed at a vertex is NaN, and ar_get_vertex_reason says why.
+//   other fields 0, and 0 always means the documented default. A struct of an older, shorter version is accepted,
+//   the fields it lacks being 0. In a longer input struct the part that this library does not know must be zero
+//   (else AR_E_STRUCT); in a longer output struct that part is set to zero. Options may be NULL: all defaults.
+// Enumerations cross as uint32_t and are checked: an unknown value or flag gives AR_E_ARGUMENT.
+// Vertices and faces. "Vertex" is a vertex of the caller's for ar_mesh_new (vertices welded together share one
+//   value) and a welded vertex for ar_mesh_load. "Face" is a triangle in the order given, degenerate ones included.
+//   Both count from 0. What cannot be computed at a vertex is NaN, and ar_get_vertex_reason says why.
 // Threads. A const pointer to a handle may be used by several threads at once. A non-const pointer needs exclusive
-// use
-//   for the length of the call. Worker threads start inside a call and have ended when it returns; results are
+//   use for the length of the call. Worker threads start inside a call and have ended when it returns; results are
 //   bit-identical for every thread count.
-// Handles. Free each exactly once; freeing NULL does nothing. Use after free is undefined, as with malloc; where
-// the freed
-//   memory is still recognisable the call returns AR_E_HANDLE instead. A defect of the library never unwinds into
-//   the caller: the call returns AR_E_INTERNAL, and the handle it used then only answers AR_E_POISONED and to
-// being freed. Paths are NUL-terminated and in the system's encoding; on Windows UTF-8.
+// Handles. Free each exactly once; freeing NULL does nothing. Use after free is undefined, as with malloc; where the
+//   freed memory is still recognisable the call returns AR_E_HANDLE instead. A defect of the library never unwinds
+//   into the caller: the call returns AR_E_INTERNAL, and the handle it used then only answers AR_E_POISONED and to
+//   being freed.
+// Paths are NUL-terminated and in the system's encoding; on Windows UTF-8.
 //
 // Generated from src/capi by cbindgen; edit there.
 
@@ -385,8 +382,8 @@ ar_status ar_mesh_get_triangles(const ar_mesh *mesh,
                                 size_t *count,
                                 ar_error *error);
 
-/// What was odd in the file that ar_mesh_load read, in words: one UTF-8 line each, every one ended by a newline; empty for
-/// ar_mesh_new.
+/// What was odd in the file that ar_mesh_load read, in words: one UTF-8 line each, every one ended by a newline; empty
+/// for ar_mesh_new.
 ///   text   capacity bytes; *count is the length with the terminating NUL.
 ar_status ar_mesh_get_warnings(const ar_mesh *mesh,
                                char *text,
@@ -449,7 +446,7 @@ typedef struct ar_diagnostics {
   ar_finding unreferenced_vertices;
   /// Faces that name a vertex that does not exist. first: a face.
   ar_finding out_of_range_faces;
-  /// Faces with two corners in one point. first: a face.
+  /// Faces without three distinct, finite corners, other than out_of_range_faces. first: a face.
   ar_finding collapsed_faces;
   /// Used faces with their corners on a line. first: a face.
   ar_finding zero_area_faces;
@@ -499,8 +496,13 @@ ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnosti
 // Compute: fills D1, D2 and their ratio.
 // ==============================================================================================================
 
-/// profile: the method as the paper has it.
-#define AR_PROFILE_PAPER 0
+/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on large meshes by
+/// heat distances on a refined surface) towards the corners of the shape, D2 the wall width. The default.
+#define AR_PROFILE_PRINT 0
+
+/// profile: the method as the paper has it, Eqs. 1-13 on the mesh as given. For meshes of good triangles, and for
+/// comparing with the paper.
+#define AR_PROFILE_PAPER 1
 
 /// d1_method: distances from as many vertices as it takes to know D1 of every vertex to within d1_tolerance, by the
 /// triangle inequality; the number does not grow with the mesh. The default.
@@ -509,8 +511,16 @@ ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnosti
 /// d1_method: distances from every vertex (the paper's definition, the reference).
 #define AR_D1_ALL_VERTICES 1
 
+/// d2_method: that of the profile: AR_D2_WALL with AR_PROFILE_PRINT, AR_D2_INSCRIBED with AR_PROFILE_PAPER. The default.
+#define AR_D2_PROFILE 0
+
 /// d2_method: diameter of an inscribed sphere, the least of l / cos(theta) over the rays (Eqs. 10-13).
-#define AR_D2_INSCRIBED 0
+#define AR_D2_INSCRIBED 3
+
+/// d2_method: wall width, the diameter of the inscribed sphere that is held from opposite sides, 115 degrees apart or
+/// more seen from its centre: a contact around a convex edge does not count, so the width does not fall to 0 there.
+/// Overlapping shells count as one solid. Takes no rays.
+#define AR_D2_WALL 2
 
 /// d2_method: shape diameter function as Shapira 2008 and CGAL define it: mean of the ray lengths within one median
 /// absolute deviation of their median, obtuse hits rejected, raw values (not smoothed or normalised).
@@ -544,7 +554,7 @@ typedef struct ar_compute_options {
   /// D1: m in the time step t = m * h^2 of the heat method, h the mean edge length; 1e-3 to 1e6; 0 = 1.
   double time_factor;
   /// D1: with AR_D1_CERTIFIED the relative gap between the bounds at which a vertex counts as known, 1e-6 to 1;
-  /// 0 = 0.02. Most values are far closer than the gap.
+  /// 0 = 0.05. Most values are far closer than the gap.
   double d1_tolerance;
 } ar_compute_options;
 
@@ -591,11 +601,11 @@ ar_status ar_compute(ar_mesh *mesh,
 /// reason: all faces at the vertex have no area.
 #define AR_REASON_DEGENERATE 8
 
-/// A vertex and where it is.
+/// A place on the part.
 typedef struct ar_place {
-  /// The vertex (the first of those welded together), or AR_NONE.
+  /// The vertex there (the first of those welded together), or AR_NONE if there is none.
   uint64_t vertex;
-  /// x, y, z, coordinate units; NaN without a vertex.
+  /// x, y, z, coordinate units; NaN if there is no such place.
   double position[3];
 } ar_place;
 
@@ -606,7 +616,8 @@ typedef struct ar_summary {
   uint32_t struct_size;
   /// 0.
   uint32_t reserved;
-  /// Greatest D1, coordinate units.
+  /// Greatest D1, coordinate units; with AR_PROFILE_PRINT the longest way between any two points of the surface, which
+  /// need not be vertices (then d1_max_at.vertex is AR_NONE).
   double d1_max;
   /// Mean D1, coordinate units.
   double d1_mean;
@@ -634,14 +645,15 @@ typedef struct ar_summary {
   ar_place vertex_ratio_max_at;
   /// Welded vertices without a ratio (NaN).
   uint64_t undefined_vertices;
-  /// Sources that the heat method was solved for.
+  /// Sources whose distance fields D1 was made of.
   uint64_t solves;
   /// Time that each AR_STAGE_* took, seconds, by its number; 0 for a stage that did not run.
   double stage_seconds[8];
 } ar_summary;
 
-/// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units. NaN: see
-/// ar_get_vertex_reason.
+/// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units; with
+/// AR_PROFILE_PRINT to a corner of its shape, a vertex in which three planes or more meet, so that D1 does not depend on
+/// how flat faces and straight edges are cut up. NaN: see ar_get_vertex_reason.
 ///   out   capacity numbers, capacity in vertices.
 ar_status ar_get_vertex_d1(const ar_mesh *mesh,
                            double *out,
@@ -649,13 +661,29 @@ ar_status ar_get_vertex_d1(const ar_mesh *mesh,
                            size_t *count,
                            ar_error *error);
 
-/// D2 of every vertex: the width, mean over the faces at the vertex, coordinate units. NaN: see
-/// ar_get_vertex_reason.
-///   out   capacity numbers, capacity in vertices.
-ar_status ar_get_vertex_d2(const ar_mesh *mesh, double *out, size_t capacity, size_t *count, ar_error *error);
+/// Bounds of D1 of every vertex, by the triangle inequality from the sources that were solved for: no vertex is nearer
+/// to its farthest point than `lower`, none farther than `upper`, coordinate units. With AR_PROFILE_PRINT they hold for
+/// exact distances to within rounding, as long as those were used; bounds from heat distances are as good as these, and
+/// padded by the contradictions that the distances show among themselves. NaN where D1 is.
+///   lower, upper   capacity numbers each, capacity in vertices; both or neither NULL.
+ar_status ar_get_vertex_d1_bounds(const ar_mesh *mesh,
+                                  double *lower,
+                                  double *upper,
+                                  size_t capacity,
+                                  size_t *count,
+                                  ar_error *error);
 
-/// Slenderness D1 / D2 of every vertex. NaN where either is. It grows towards sharp convex edges, where D2 falls to
-/// 0.
+/// D2 of every vertex: the width, coordinate units: the wall width there, or the mean over the faces at the vertex
+/// (AR_PROFILE_PAPER). NaN: see ar_get_vertex_reason.
+///   out   capacity numbers, capacity in vertices.
+ar_status ar_get_vertex_d2(const ar_mesh *mesh,
+                           double *out,
+                           size_t capacity,
+                           size_t *count,
+                           ar_error *error);
+
+/// Slenderness D1 / D2 of every vertex. NaN where either is. With AR_PROFILE_PAPER it grows
+/// towards sharp convex edges, where D2 falls to 0.
 ///   out   capacity numbers, capacity in vertices.
 ar_status ar_get_vertex_ratio(const ar_mesh *mesh,
                               double *out,

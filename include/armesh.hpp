@@ -90,8 +90,15 @@ private:
 enum class weld : std::uint32_t { exact = AR_WELD_EXACT, none = AR_WELD_NONE, tolerance = AR_WELD_TOLERANCE };
 /// How many distance fields D1 is taken from (AR_D1_*).
 enum class d1_method : std::uint32_t { certified = AR_D1_CERTIFIED, all_vertices = AR_D1_ALL_VERTICES };
+/// What the numbers are for (AR_PROFILE_*).
+enum class profile : std::uint32_t { print = AR_PROFILE_PRINT, paper = AR_PROFILE_PAPER };
 /// How D2 is measured (AR_D2_*).
-enum class d2_method : std::uint32_t { inscribed = AR_D2_INSCRIBED, sdf = AR_D2_SDF };
+enum class d2_method : std::uint32_t {
+  of_profile = AR_D2_PROFILE,
+  inscribed = AR_D2_INSCRIBED,
+  wall = AR_D2_WALL,
+  sdf = AR_D2_SDF
+};
 /// A result, for histograms and colours.
 enum class quantity : std::uint32_t { d1 = AR_D1, d2 = AR_D2, ratio = AR_RATIO };
 /// What a call is doing (AR_STAGE_*).
@@ -226,15 +233,17 @@ struct mesh_options : run_options {
 
 /// How D1 and D2 are computed.
 struct compute_options : run_options {
+  /// print: on any triangulation; paper: Eqs. 1-13 on the mesh as given.
+  armesh::profile profile = armesh::profile::print;
   /// Rays a face; 0 = 20, with d2_method::sdf 25.
   std::uint32_t rays = 0;
   /// Full opening angle of the cone of rays, radians; 0 = 2 pi / 3.
   double cone_angle = 0.0;
-  armesh::d2_method d2_method = armesh::d2_method::inscribed;
+  armesh::d2_method d2_method = armesh::d2_method::of_profile;
   /// m in the time step m * h^2 of the heat method; 0 = 1.
   double time_factor = 0.0;
   armesh::d1_method d1_method = armesh::d1_method::certified;
-  /// With d1_method::certified: the relative gap at which D1 of a vertex counts as known; 0 = 0.02.
+  /// With d1_method::certified: the relative gap at which D1 of a vertex counts as known; 0 = 0.05.
   double d1_tolerance = 0.0;
 };
 
@@ -304,6 +313,15 @@ public:
   }
   /// D1 of every vertex, coordinate units; NaN where undefined.
   std::vector<double> vertex_d1() const { return copy<double, double>(ar_get_vertex_d1); }
+  /// Lower and upper bound of D1 of every vertex, coordinate units; NaN where undefined.
+  std::pair<std::vector<double>, std::vector<double>> vertex_d1_bounds() const {
+    const std::size_t n = count<double>(ar_get_vertex_d1);
+    std::pair<std::vector<double>, std::vector<double>> out{std::vector<double>(n), std::vector<double>(n)};
+    detail::outcome o;
+    std::size_t filled = 0;
+    o.check(ar_get_vertex_d1_bounds(handle_.get(), out.first.data(), out.second.data(), n, &filled, o));
+    return out;
+  }
   /// D2 of every vertex, coordinate units; NaN where undefined.
   std::vector<double> vertex_d2() const { return copy<double, double>(ar_get_vertex_d2); }
   /// D1 / D2 of every vertex; NaN where undefined.
@@ -403,6 +421,7 @@ private:
     ar_compute_options how;
     ar_compute_options_init(&how);
     set_run(how, options, bridge);
+    how.profile = static_cast<std::uint32_t>(options.profile);
     how.rays = options.rays;
     how.cone_angle = options.cone_angle;
     how.d2_method = static_cast<std::uint32_t>(options.d2_method);

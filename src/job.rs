@@ -181,6 +181,10 @@ struct Reporter<'a> {
 impl Reporter<'_> {
     fn call(&mut self, job: &Job, fraction: f64) {
         self.last = self.last.max(fraction);
+        // who said stop is not asked again
+        if job.stopped.load(Ordering::Relaxed) {
+            return;
+        }
         if let Some(progress) = &mut self.progress {
             if !progress(self.last, Stage::from_u32(job.stage.load(Ordering::Relaxed))) {
                 job.stopped.store(true, Ordering::Relaxed);

@@ -7,7 +7,7 @@ use super::mesh::ar_mesh;
 use super::options::{self, CStruct, check_enum, or_default};
 use super::progress::{Running, ar_progress_fn};
 use super::status::*;
-use crate::field::{self, D2Method};
+use crate::field::{self, D2Method, Profile};
 use crate::geodesic::Mode;
 use crate::thickness::{cone, sdf};
 use std::ffi::c_void;
@@ -15,8 +15,12 @@ use std::mem::offset_of;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError};
 
-/// profile: the method as the paper has it.
-pub const AR_PROFILE_PAPER: u32 = 0;
+/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on large meshes by
+/// heat distances on a refined surface) towards the corners of the shape, D2 the wall width. The default.
+pub const AR_PROFILE_PRINT: u32 = 0;
+/// profile: the method as the paper has it, Eqs. 1-13 on the mesh as given. For meshes of good triangles, and for
+/// comparing with the paper.
+pub const AR_PROFILE_PAPER: u32 = 1;
 
 /// d1_method: distances from as many vertices as it takes to know D1 of every vertex to within d1_tolerance, by the
 /// triangle inequality; the number does not grow with the mesh. The default.
@@ -24,8 +28,14 @@ pub const AR_D1_CERTIFIED: u32 = 0;
 /// d1_method: distances from every vertex (the paper's definition, the reference).
 pub const AR_D1_ALL_VERTICES: u32 = 1;
 
+/// d2_method: that of the profile: AR_D2_WALL with AR_PROFILE_PRINT, AR_D2_INSCRIBED with AR_PROFILE_PAPER. The default.
+pub const AR_D2_PROFILE: u32 = 0;
 /// d2_method: diameter of an inscribed sphere, the least of l / cos(theta) over the rays (Eqs. 10-13).
-pub const AR_D2_INSCRIBED: u32 = 0;
+pub const AR_D2_INSCRIBED: u32 = 3;
+/// d2_method: wall width, the diameter of the inscribed sphere that is held from opposite sides, 115 degrees apart or
+/// more seen from its centre: a contact around a convex edge does not count, so the width does not fall to 0 there.
+/// Overlapping shells count as one solid. Takes no rays.
+pub const AR_D2_WALL: u32 = 2;
 /// d2_method: shape diameter function as Shapira 2008 and CGAL define it: mean of the ray lengths within one median
 /// absolute deviation of their median, obtuse hits rejected, raw values (not smoothed or normalised).
 pub const AR_D2_SDF: u32 = 1;
@@ -60,7 +70,7 @@ pub struct ar_compute_options {
     /// D1: m in the time step t = m * h^2 of the heat method, h the mean edge length; 1e-3 to 1e6; 0 = 1.
     pub time_factor: f64,
     /// D1: with AR_D1_CERTIFIED the relative gap between the bounds at which a vertex counts as known, 1e-6 to 1;
-    /// 0 = 0.02. Most values are far closer than the gap.
+    /// 0 = 0.05. Most values are far closer than the gap.
     pub d1_tolerance: f64,
 }
 
@@ -113,19 +123,25 @@ pub unsafe extern "C" fn ar_compute(
 
 /// The part of the options that says what to compute.
 pub(super) fn field_options(o: &ar_compute_options) -> Result<field::Options, Fail> {
-    check_enum(o.profile, &[AR_PROFILE_PAPER], "profile")?;
+    let profile = match check_enum(o.profile, &[AR_PROFILE_PRINT, AR_PROFILE_PAPER], "profile")? {
+        AR_PROFILE_PAPER => Profile::Paper,
+        _ => Profile::Print,
+    };
     let d1 = match check_enum(o.d1_method, &[AR_D1_CERTIFIED, AR_D1_ALL_VERTICES], "d1_method")? {
         AR_D1_CERTIFIED => {
-            Mode::Certified { tolerance: or_default(o.d1_tolerance, 0.02, [1e-6, 1.0], "d1_tolerance")? }
+            Mode::Certified { tolerance: or_default(o.d1_tolerance, 0.05, [1e-6, 1.0], "d1_tolerance")? }
         }
         _ if o.d1_tolerance != 0.0 => {
             return Err(Fail::argument("d1_tolerance is set but d1_method is not AR_D1_CERTIFIED"));
         }
         _ => Mode::AllSources,
     };
-    let (d2, usual) = match check_enum(o.d2_method, &[AR_D2_INSCRIBED, AR_D2_SDF], "d2_method")? {
+    let methods = [AR_D2_PROFILE, AR_D2_SDF, AR_D2_WALL, AR_D2_INSCRIBED];
+    let (d2, usual) = match check_enum(o.d2_method, &methods, "d2_method")? {
         AR_D2_SDF => (D2Method::ShapeDiameter, sdf::SDF_RAYS),
-        _ => (D2Method::Inscribed, cone::RAYS),
+        AR_D2_WALL => (D2Method::Wall, cone::RAYS),
+        AR_D2_INSCRIBED => (D2Method::Inscribed, cone::RAYS),
+        _ => (D2Method::Profile, cone::RAYS),
     };
     let rays = match o.rays {
         0 => usual,
@@ -134,7 +150,7 @@ pub(super) fn field_options(o: &ar_compute_options) -> Result<field::Options, Fa
     };
     let cone_angle = or_default(o.cone_angle, cone::ANGLE, [1e-3, std::f64::consts::PI - 1e-3], "cone_angle")?;
     let time_factor = or_default(o.time_factor, 1.0, [1e-3, 1e6], "time_factor")?;
-    Ok(field::Options { d1, time_factor, d2, rays, cone_angle })
+    Ok(field::Options { profile, d1, time_factor, d2, rays, cone_angle })
 }
 
 /// The part of the options that says how the call may run.

@@ -58,7 +58,7 @@ pub struct ar_diagnostics {
     pub unreferenced_vertices: ar_finding,
     /// Faces that name a vertex that does not exist. first: a face.
     pub out_of_range_faces: ar_finding,
-    /// Faces with two corners in one point. first: a face.
+    /// Faces without three distinct, finite corners, other than out_of_range_faces. first: a face.
     pub collapsed_faces: ar_finding,
     /// Used faces with their corners on a line. first: a face.
     pub zero_area_faces: ar_finding,

@@ -102,7 +102,11 @@ pub(super) unsafe fn write(error: *mut ar_error, fail: &Fail) {
     let mut message = [0; AR_MESSAGE_SIZE];
     // a NUL inside would hide the rest
     let text = fail.message.replace(['\0', '\n'], " ");
-    for (to, from) in message.iter_mut().zip(text[..text.floor_char_boundary(AR_MESSAGE_SIZE - 1)].bytes()) {
+    let mut end = text.len().min(AR_MESSAGE_SIZE - 1);
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    for (to, from) in message.iter_mut().zip(text[..end].bytes()) {
         *to = from as c_char;
     }
     let value = ar_error { struct_size: 0, status: fail.status, first_index: fail.first, count: fail.count, message };

@@ -281,8 +281,8 @@ pub unsafe extern "C" fn ar_mesh_get_triangles(
     }
 }
 
-/// What was odd in the file that ar_mesh_load read, in words: one UTF-8 line each, every one ended by a newline; empty for
-/// ar_mesh_new.
+/// What was odd in the file that ar_mesh_load read, in words: one UTF-8 line each, every one ended by a newline; empty
+/// for ar_mesh_new.
 ///   text   capacity bytes; *count is the length with the terminating NUL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_mesh_get_warnings(

@@ -27,8 +27,9 @@ pub const AR_REASON_NO_HIT: u32 = 4;
 /// reason: all faces at the vertex have no area.
 pub const AR_REASON_DEGENERATE: u32 = 8;
 
-/// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units. NaN: see
-/// ar_get_vertex_reason.
+/// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units; with
+/// AR_PROFILE_PRINT to a corner of its shape, a vertex in which three planes or more meet, so that D1 does not depend on
+/// how flat faces and straight edges are cut up. NaN: see ar_get_vertex_reason.
 ///   out   capacity numbers, capacity in vertices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_vertex_d1(
@@ -42,8 +43,37 @@ pub unsafe extern "C" fn ar_get_vertex_d1(
     unsafe { copy_vertices(mesh, Out { buffer: out, capacity, count }, error, |f| &f.d1) }
 }
 
-/// D2 of every vertex: the width, mean over the faces at the vertex, coordinate units. NaN: see
-/// ar_get_vertex_reason.
+/// Bounds of D1 of every vertex, by the triangle inequality from the sources that were solved for: no vertex is nearer
+/// to its farthest point than `lower`, none farther than `upper`, coordinate units. With AR_PROFILE_PRINT they hold for
+/// exact distances to within rounding, as long as those were used; bounds from heat distances are as good as these, and
+/// padded by the contradictions that the distances show among themselves. NaN where D1 is.
+///   lower, upper   capacity numbers each, capacity in vertices; both or neither NULL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ar_get_vertex_d1_bounds(
+    mesh: *const ar_mesh,
+    lower: *mut f64,
+    upper: *mut f64,
+    capacity: usize,
+    count: *mut usize,
+    error: *mut ar_error,
+) -> ar_status {
+    // SAFETY: the pointers are as the header demands.
+    unsafe {
+        guard_handle(mesh, error, |m| {
+            if lower.is_null() != upper.is_null() {
+                return Err(Fail::argument("one of lower and upper is NULL, the other not"));
+            }
+            let field = field(m)?;
+            let bound = |values: &Vec<f64>, i| [m.welded(i).map_or(f64::NAN, |w| values[w])];
+            let n = m.vertex_count();
+            Out { buffer: lower, capacity, count }.fill(n, |i| bound(&field.d1_bounds.0, i))?;
+            Out { buffer: upper, capacity, count }.fill(n, |i| bound(&field.d1_bounds.1, i))
+        })
+    }
+}
+
+/// D2 of every vertex: the width, coordinate units: the wall width there, or the mean over the faces at the vertex
+/// (AR_PROFILE_PAPER). NaN: see ar_get_vertex_reason.
 ///   out   capacity numbers, capacity in vertices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_vertex_d2(
@@ -57,8 +87,8 @@ pub unsafe extern "C" fn ar_get_vertex_d2(
     unsafe { copy_vertices(mesh, Out { buffer: out, capacity, count }, error, |f| &f.d2) }
 }
 
-/// Slenderness D1 / D2 of every vertex. NaN where either is. It grows towards sharp convex edges, where D2 falls to
-/// 0.
+/// Slenderness D1 / D2 of every vertex. NaN where either is. With AR_PROFILE_PAPER it grows
+/// towards sharp convex edges, where D2 falls to 0.
 ///   out   capacity numbers, capacity in vertices.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_vertex_ratio(
@@ -135,13 +165,13 @@ pub unsafe extern "C" fn ar_get_face_d2(
     }
 }
 
-/// A vertex and where it is.
+/// A place on the part.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct ar_place {
-    /// The vertex (the first of those welded together), or AR_NONE.
+    /// The vertex there (the first of those welded together), or AR_NONE if there is none.
     pub vertex: u64,
-    /// x, y, z, coordinate units; NaN without a vertex.
+    /// x, y, z, coordinate units; NaN if there is no such place.
     pub position: [f64; 3],
 }
 
@@ -154,7 +184,8 @@ pub struct ar_summary {
     pub struct_size: u32,
     /// 0.
     pub reserved: u32,
-    /// Greatest D1, coordinate units.
+    /// Greatest D1, coordinate units; with AR_PROFILE_PRINT the longest way between any two points of the surface, which
+    /// need not be vertices (then d1_max_at.vertex is AR_NONE).
     pub d1_max: f64,
     /// Mean D1, coordinate units.
     pub d1_mean: f64,
@@ -182,7 +213,7 @@ pub struct ar_summary {
     pub vertex_ratio_max_at: ar_place,
     /// Welded vertices without a ratio (NaN).
     pub undefined_vertices: u64,
-    /// Sources that the heat method was solved for.
+    /// Sources whose distance fields D1 was made of.
     pub solves: u64,
     /// Time that each AR_STAGE_* took, seconds, by its number; 0 for a stage that did not run.
     pub stage_seconds: [f64; 8],
@@ -296,6 +327,10 @@ fn summarise(m: &ar_mesh, field: &Field) -> ar_summary {
         NONE => ar_place { vertex: AR_NONE, position: [f64::NAN; 3] },
         w => ar_place { vertex: m.callers_vertex(w).into(), position: m.mesh.positions()[w as usize] },
     };
+    let end = |position: [f64; 3]| match m.mesh.positions().iter().position(|p| *p == position) {
+        Some(w) => place(w as u32),
+        None => ar_place { vertex: AR_NONE, position },
+    };
     let mut stage_seconds = [0.0; 8];
     stage_seconds[..field.seconds.len()].copy_from_slice(&field.seconds);
     ar_summary {
@@ -309,8 +344,8 @@ fn summarise(m: &ar_mesh, field: &Field) -> ar_summary {
         ratio_max: s.ratio_max,
         ratio_mean: s.ratio_mean,
         vertex_ratio_max: s.vertex_ratio_max,
-        d1_max_at: place(s.d1_max_at),
-        d1_max_other: place(s.d1_max_other),
+        d1_max_at: end(s.d1_max_ends[0]),
+        d1_max_other: end(s.d1_max_ends[1]),
         d2_max_at: place(s.d2_max_at),
         d2_min_at: place(s.d2_min_at),
         vertex_ratio_max_at: place(s.vertex_ratio_max_at),

@@ -84,11 +84,15 @@ fn computed() -> *mut ar_mesh {
 
 #[test]
 fn codes_have_their_names() {
-    assert_eq!(
-        (name(AR_OK), name(AR_E_NULL), name(AR_E_BUSY)),
-        ("AR_OK".into(), "AR_E_NULL".into(), "AR_E_BUSY".into())
-    );
-    assert_eq!(name(AR_E_INTERNAL), "AR_E_INTERNAL");
+    let lines = include_str!("status.rs").lines();
+    let constants = lines.filter_map(|l| l.strip_prefix("pub const ")?.split_once(": ar_status"));
+    let mut next = 0;
+    for (constant, value) in constants {
+        assert_eq!(value.trim_matches([' ', '=', ';']).parse(), Ok(next));
+        assert_eq!(name(next), constant);
+        next -= 1;
+    }
+    assert_eq!(next, AR_E_BUSY - 1);
     for odd in [1, -20, i32::MIN, i32::MAX] {
         assert_eq!(name(odd), "AR_E_UNKNOWN");
     }
@@ -259,6 +263,7 @@ fn welded_and_skipped_items_keep_their_numbers() {
         assert_eq!((d.vertex_count, d.face_count, d.welded_vertex_count, d.used_face_count), (11, 14, 9, 12));
         assert_eq!((d.non_finite_vertices.count, d.non_finite_vertices.first), (1, 9));
         assert_eq!((d.unreferenced_vertices.count, d.unreferenced_vertices.first), (1, 10));
+        assert_eq!((d.collapsed_faces.count, d.collapsed_faces.first), (2, 12));
         assert_eq!((d.boundary_edges.count, d.boundary_edges.first), (0, AR_NONE));
         assert_eq!((d.components, d.closed, d.orientable), (1, 1, 1));
         assert!((d.volume - 1.0).abs() < 1e-12 && (d.area - 6.0).abs() < 1e-12);
@@ -392,6 +397,27 @@ fn buffers_follow_the_capacity_rules() {
 }
 
 #[test]
+fn bounds_hold_d1_and_come_in_pairs() {
+    let mesh = computed();
+    let (mut lower, mut upper, mut d1) = ([-1.0; 8], [-1.0; 8], [0.0; 8]);
+    let (mut n, mut e) = (0, error());
+    // SAFETY: as C calls it.
+    unsafe {
+        let get = ar_get_vertex_d1_bounds;
+        assert_eq!((get(mesh, null_mut(), null_mut(), 0, &mut n, &mut e), n), (AR_OK, 8));
+        assert_eq!(get(mesh, lower.as_mut_ptr(), null_mut(), 8, &mut n, &mut e), AR_E_ARGUMENT);
+        assert_eq!(get(mesh, lower.as_mut_ptr(), upper.as_mut_ptr(), 7, &mut n, &mut e), AR_E_CAPACITY);
+        assert_eq!((lower, upper), ([-1.0; 8], [-1.0; 8]));
+        assert_eq!(get(mesh, lower.as_mut_ptr(), upper.as_mut_ptr(), 8, null_mut(), &mut e), AR_OK);
+        assert_eq!(ar_get_vertex_d1(mesh, d1.as_mut_ptr(), 8, null_mut(), &mut e), AR_OK);
+        ar_mesh_free(mesh);
+    }
+    for v in 0..8 {
+        assert!(lower[v] <= d1[v] && d1[v] <= upper[v], "{v}: {} {} {}", lower[v], d1[v], upper[v]);
+    }
+}
+
+#[test]
 fn nothing_is_read_before_it_is_computed() {
     let mesh = make(&cube().desc).unwrap();
     let mut n = 5;
@@ -415,7 +441,7 @@ fn nothing_is_read_before_it_is_computed() {
 fn odd_options_are_refused() {
     let mesh = computed();
     for change in [
-        (|o| o.profile = 1) as fn(&mut ar_compute_options),
+        (|o| o.profile = 2) as fn(&mut ar_compute_options),
         |o| o.d1_method = 77,
         |o| o.d2_method = 77,
         |o| o.rays = 4097,
@@ -504,6 +530,48 @@ fn a_token_cancels_until_reset() {
         assert_eq!(ar_compute(mesh, &options, null_mut()), AR_E_HANDLE);
         assert_eq!((ar_cancel_token_free(token), ar_mesh_free(mesh)), (AR_OK, AR_OK));
     }
+}
+
+#[test]
+fn a_budget_is_kept_and_results_stay() {
+    let mesh = computed();
+    let mut options = zeroed::<ar_compute_options>();
+    (options.struct_size, options.memory_budget) = (size_of::<ar_compute_options>() as u32, 1);
+    let (mut out, mut e) = ([-1.0; 8], error());
+    // SAFETY: as C calls it.
+    unsafe {
+        assert_eq!(ar_compute(mesh, &options, &mut e), AR_E_BUDGET, "{}", message(&e));
+        assert_eq!(ar_geodesic_distance(mesh, 0, &options, out.as_mut_ptr(), 8, null_mut(), &mut e), AR_E_BUDGET);
+        assert_eq!(out, [-1.0; 8]);
+        assert_eq!(ar_get_vertex_d1(mesh, out.as_mut_ptr(), 8, null_mut(), null_mut()), AR_OK);
+        ar_mesh_free(mesh);
+    }
+}
+
+/// Eight fields, several threads at once, twice: the same bits.
+#[test]
+fn getters_run_at_once_and_threads_do_not_change_results() {
+    let run = |threads| {
+        let mesh = make(&cube().desc).unwrap();
+        let mut options = zeroed::<ar_compute_options>();
+        (options.struct_size, options.threads) = (size_of::<ar_compute_options>() as u32, threads);
+        // SAFETY: as C calls it.
+        assert_eq!(unsafe { ar_compute(mesh, &options, null_mut()) }, AR_OK);
+        let address = mesh as usize;
+        let read = move || {
+            let mut out = [0.0f64; 8];
+            let mesh = address as *const ar_mesh;
+            // SAFETY: const pointers may be shared.
+            assert_eq!(unsafe { ar_get_vertex_ratio(mesh, out.as_mut_ptr(), 8, null_mut(), null_mut()) }, AR_OK);
+            out.map(f64::to_bits)
+        };
+        let seen = std::thread::scope(|s| [0; 8].map(|_| s.spawn(read)).map(|t| t.join().unwrap()));
+        // SAFETY: as C calls it.
+        unsafe { ar_mesh_free(mesh) };
+        assert!(seen.iter().all(|s| *s == seen[0]));
+        seen[0]
+    };
+    assert_eq!(run(1), run(3));
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! From a mesh and options to its field.
 
-use super::{Field, reason};
+use super::print::{self, farthest_apart};
+use super::{Field, Reach, reason};
 use crate::error::{Error, Result, try_filled, try_vec};
-use crate::geodesic::eccentricity::{Eccentricity, Targets, eccentricity};
-use crate::geodesic::{HeatOptions, HeatSolver, Mode};
+use crate::geodesic::{DistanceFields, Eccentricity, HeatOptions, HeatSolver, Mode, Targets, eccentricity};
 use crate::job::{Job, Stage};
 use crate::mesh::intrinsic::IntrinsicMesh;
 use crate::mesh::measure::{corners, is_flat};
@@ -14,20 +14,38 @@ use crate::thickness::inscribed::{face_widths, vertex_means};
 use crate::thickness::sdf::sdf_values;
 use std::time::Instant;
 
+/// What the numbers are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Profile {
+    /// The method as printed: the heat method and the rays on the mesh as given, means over faces. For meshes that are
+    /// good for finite elements, and for comparing with the paper.
+    Paper,
+    /// For parts that are to be printed, on any triangulation: D1 by exact distances (or heat distances on a refined
+    /// surface where those cost too much), D2 the wall width.
+    #[default]
+    Print,
+}
+
 /// Which width D2 is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum D2Method {
-    /// The inscribed sphere of Eqs. 10-13.
+    /// That of the profile: the inscribed sphere of Eqs. 10-13, or the wall width.
     #[default]
+    Profile,
+    /// The inscribed sphere of Eqs. 10-13.
     Inscribed,
     /// The shape diameter function of Shapira et al. 2008 as CGAL defines it, raw values.
     ShapeDiameter,
+    /// The wall width: see [`crate::thickness::wall`].
+    Wall,
 }
 
 /// What to compute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// How D1 is found.
+    /// What the numbers are for.
+    pub profile: Profile,
+    /// How many sources D1 takes.
     pub d1: Mode,
     /// m in the heat method's t = m h².
     pub time_factor: f64,
@@ -42,9 +60,10 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Options {
-            d1: Mode::Certified { tolerance: 0.02 },
+            profile: Profile::default(),
+            d1: Mode::Certified { tolerance: 0.05 },
             time_factor: 1.0,
-            d2: D2Method::Inscribed,
+            d2: D2Method::default(),
             rays: 20,
             cone_angle: 2.0 / 3.0 * std::f64::consts::PI,
         }
@@ -54,36 +73,49 @@ impl Default for Options {
 /// Triangles thinner than this share of the mean edge are padded to it before cotangents are taken.
 const MOLLIFY: f64 = 1e-6;
 
+/// Measures what each stage takes.
+struct Clock {
+    last: Instant,
+    seconds: [f64; Stage::COUNT],
+}
+
+impl Clock {
+    fn lap(&mut self, stage: Stage) {
+        self.seconds[stage as usize] += self.last.elapsed().as_secs_f64();
+        self.last = Instant::now();
+    }
+}
+
 /// Computes the field of `mesh`. Call it inside [`Job::run`].
 pub fn compute(mesh: &TriMesh, options: &Options, job: &Job) -> Result<Field> {
     let (n, m) = (mesh.positions().len(), mesh.triangles().len());
     job.afford(footprint(n, m), "D1 and D2")?;
-    let mut seconds = [0.0; Stage::COUNT];
-    let mut clock = Instant::now();
-    let mut lap = |stage: Stage| {
-        seconds[stage as usize] += clock.elapsed().as_secs_f64();
-        clock = Instant::now();
-    };
+    let mut clock = Clock { last: Instant::now(), seconds: [0.0; Stage::COUNT] };
 
-    job.begin(Stage::Surface, 0.0, 0.05, 1)?;
+    job.begin(Stage::Mesh, 0.0, 0.02, 1)?;
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    lap(Stage::Surface);
+    clock.lap(Stage::Mesh);
 
-    job.begin(Stage::Thickness, 0.05, 0.35, m as u64)?;
-    let face_d2 = widths(mesh, &triangles, options, job)?;
-    let d2 = vertex_means(n, &triangles, &face_d2)?;
-    lap(Stage::Thickness);
+    job.begin(Stage::Thickness, 0.02, 0.35, (m + n) as u64)?;
+    let (d2, face_d2) = widths(mesh, &triangles, options, job)?;
+    clock.lap(Stage::Thickness);
 
     job.begin(Stage::Factor, 0.35, 0.45, 2)?;
-    let solver = solver(mesh, options, job)?;
-    lap(Stage::Factor);
-
-    job.begin(Stage::Geodesic, 0.45, 1.0, n as u64)?;
-    let all = try_filled(n, true, "the field")?;
-    let d1 = eccentricity(&solver, mesh.positions(), Targets { ask: &all, far: &all }, options.d1, job)?;
-    lap(Stage::Geodesic);
-
-    assemble(mesh, d1, d2, face_d2, seconds)
+    let (d1, reach) = match options.profile {
+        Profile::Paper => {
+            let solver = solver(mesh, options, job)?;
+            clock.lap(Stage::Factor);
+            job.begin(Stage::Geodesic, 0.45, 1.0, n as u64)?;
+            let all = try_filled(n, true, "the field")?;
+            let targets = Targets { ask: &all, far: &all };
+            let d1 = eccentricity(&solver, mesh.positions(), targets, options.d1, job)?;
+            let reach = farthest_apart(&d1, mesh.positions());
+            (d1, reach)
+        }
+        Profile::Print => print::lengths(mesh, &triangles, options, job)?,
+    };
+    clock.lap(Stage::Geodesic);
+    assemble(mesh, (d1, reach), (d2, face_d2), clock.seconds)
 }
 
 /// Geodesic distance of every welded vertex from one, by the heat method; NaN on other components.
@@ -102,25 +134,35 @@ pub fn distance(mesh: &TriMesh, source: u32, options: &Options, job: &Job) -> Re
     Ok(solver.solve(&[&[source]], &mut scratch)?.to_vec())
 }
 
+/// The heat method on the mesh as given.
 fn solver(mesh: &TriMesh, options: &Options, job: &Job) -> Result<HeatSolver> {
     let mut surface = IntrinsicMesh::from_extrinsic(mesh.positions(), mesh.triangles())?;
     surface.mollify(MOLLIFY);
     HeatSolver::new(&surface, HeatOptions { time_factor: options.time_factor }, job)
 }
 
-fn widths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<Vec<f64>> {
-    let rays = RayMesh::new(mesh.positions(), triangles, job)?;
-    match options.d2 {
-        D2Method::Inscribed => Ok(face_widths(&rays, &Cone::new(options.rays, options.cone_angle)?, job)?.width),
-        D2Method::ShapeDiameter => sdf_values(&rays, options.rays, options.cone_angle, job),
+/// D2 by vertex and by face.
+fn widths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<(Vec<f64>, Vec<f64>)> {
+    let method = match (options.d2, options.profile) {
+        (D2Method::Profile, Profile::Paper) => D2Method::Inscribed,
+        (D2Method::Profile, Profile::Print) => D2Method::Wall,
+        (method, _) => method,
+    };
+    if method == D2Method::Wall {
+        return print::walls(mesh, triangles, job);
     }
+    let rays = RayMesh::new(mesh.positions(), triangles, job)?;
+    let face_d2 = match method {
+        D2Method::ShapeDiameter => sdf_values(&rays, options.rays, options.cone_angle, job)?,
+        _ => face_widths(&rays, &Cone::new(options.rays, options.cone_angle)?, job)?.width,
+    };
+    Ok((vertex_means(mesh.positions().len(), triangles, &face_d2)?, face_d2))
 }
 
 fn assemble(
     mesh: &TriMesh,
-    d1: Eccentricity,
-    d2: Vec<f64>,
-    face_d2: Vec<f64>,
+    (d1, reach): (Eccentricity, Reach),
+    (d2, face_d2): (Vec<f64>, Vec<f64>),
     seconds: [f64; Stage::COUNT],
 ) -> Result<Field> {
     let n = d2.len();
@@ -144,8 +186,9 @@ fn assemble(
             _ => 0,
         });
     }
-    let (farthest, solves) = (d1.farthest, d1.solves as u64);
-    Ok(Field { d1: d1.distance, d2, ratio, farthest, reason: reasons, face_d2, solves, seconds })
+    let solves = d1.solves as u64;
+    let (farthest, d1_bounds) = (d1.farthest, (d1.lower, d1.upper));
+    Ok(Field { d1: d1.distance, d1_bounds, d2, ratio, farthest, reason: reasons, face_d2, reach, solves, seconds })
 }
 
 /// Rough peak bytes: operators, factors and their right-hand sides, acceleration structure, results.

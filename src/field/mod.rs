@@ -4,9 +4,10 @@
 
 mod compute;
 mod paint;
+mod print;
 mod summary;
 
-pub use compute::{D2Method, Options, compute, distance};
+pub use compute::{D2Method, Options, Profile, compute, distance};
 pub use summary::{Histogram, Quantity, Summary};
 
 use crate::job::Stage;
@@ -28,6 +29,8 @@ pub mod reason {
 pub struct Field {
     /// D1, the farthest geodesic distance.
     pub d1: Vec<f64>,
+    /// Lower and upper bound of D1.
+    pub d1_bounds: (Vec<f64>, Vec<f64>),
     /// D2, the inscribed sphere's diameter or the shape diameter function.
     pub d2: Vec<f64>,
     /// The slenderness D1/D2.
@@ -38,8 +41,26 @@ pub struct Field {
     pub reason: Vec<u32>,
     /// D2 by kept face.
     pub face_d2: Vec<f64>,
+    /// The longest way across the part.
+    pub reach: Reach,
     /// Distance fields that were solved for D1.
     pub solves: u64,
     /// Seconds spent by [`Stage`].
     pub seconds: [f64; Stage::COUNT],
+}
+
+/// The longest of the shortest paths between two points of the surface that was found, model units. Its ends need not be
+/// vertices: from the middle of one end of a square bar to the middle of the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// Its length.
+    pub length: f64,
+    /// Its ends; NaN when there is none.
+    pub ends: [[f64; 3]; 2],
+}
+
+impl Default for Reach {
+    fn default() -> Self {
+        Reach { length: 0.0, ends: [[f64::NAN; 3]; 2] }
+    }
 }

@@ -19,7 +19,8 @@ pub enum Quantity {
 /// vertices, as in the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
-    /// Largest D1.
+    /// Largest D1: the longest way across the part ([`super::Reach`]), in the print profile also between points that are
+    /// no vertices.
     pub d1_max: f64,
     /// Mean D1.
     pub d1_mean: f64,
@@ -35,10 +36,8 @@ pub struct Summary {
     pub ratio_mean: f64,
     /// Largest D1/D2 of a vertex.
     pub vertex_ratio_max: f64,
-    /// Vertex of `d1_max`.
-    pub d1_max_at: u32,
-    /// The other end of `d1_max`.
-    pub d1_max_other: u32,
+    /// The two ends of `d1_max`.
+    pub d1_max_ends: [[f64; 3]; 2],
     /// Vertex of `d2_max`.
     pub d2_max_at: u32,
     /// Vertex of `d2_min`.
@@ -83,7 +82,8 @@ impl Field {
 
     /// Maxima, means and where they are.
     pub fn summary(&self) -> Summary {
-        let (d1_max, d1_max_at, d1_mean) = largest_and_mean(&self.d1);
+        let (_, _, d1_mean) = largest_and_mean(&self.d1);
+        let d1_max = if self.reach.length > 0.0 { self.reach.length } else { f64::NAN };
         let (d2_max, d2_max_at, d2_mean) = largest_and_mean(&self.d2);
         let (vertex_ratio_max, vertex_ratio_max_at, _) = largest_and_mean(&self.ratio);
         let negative: Vec<f64> = self.d2.iter().map(|d| -d).collect();
@@ -97,8 +97,7 @@ impl Field {
             ratio_max: d1_max / d2_max,
             ratio_mean: d1_mean / d2_mean,
             vertex_ratio_max,
-            d1_max_at,
-            d1_max_other: self.farthest.get(d1_max_at as usize).copied().unwrap_or(NONE),
+            d1_max_ends: self.reach.ends,
             d2_max_at,
             d2_min_at,
             vertex_ratio_max_at,
@@ -131,20 +130,22 @@ impl Field {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::Reach;
 
     fn field(d1: &[f64], d2: &[f64]) -> Field {
         let ratio = d1.iter().zip(d2).map(|(a, b)| a / b).collect();
-        Field { d1: d1.into(), d2: d2.into(), ratio, farthest: vec![2, 2, 0, NONE], ..Field::default() }
+        let reach = Reach { length: d1.iter().fold(0.0, |m, x| x.max(m)), ends: [[1.0; 3], [2.0; 3]] };
+        Field { d1: d1.into(), d2: d2.into(), ratio, reach, ..Field::default() }
     }
 
     #[test]
     fn summary_of_four_vertices() {
         let s = field(&[4.0, 2.0, 3.0, f64::NAN], &[1.0, f64::NAN, 2.0, f64::NAN]).summary();
-        assert_eq!((s.d1_max, s.d1_mean, s.d1_max_at, s.d1_max_other), (4.0, 3.0, 0, 2));
+        assert_eq!((s.d1_max, s.d1_mean, s.d1_max_ends), (4.0, 3.0, [[1.0; 3], [2.0; 3]]));
         assert_eq!((s.d2_max, s.d2_min, s.d2_mean, s.d2_max_at, s.d2_min_at), (2.0, 1.0, 1.5, 2, 0));
         assert_eq!((s.ratio_max, s.ratio_mean, s.vertex_ratio_max, s.undefined_vertices), (2.0, 2.0, 4.0, 2));
         let none = field(&[f64::NAN; 4], &[f64::NAN; 4]).summary();
-        assert!(none.ratio_max.is_nan() && none.d1_max_at == NONE && none.d1_max_other == NONE);
+        assert!(none.ratio_max.is_nan() && none.d1_max.is_nan() && none.d2_max_at == NONE);
     }
 
     #[test]

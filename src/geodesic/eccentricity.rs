@@ -9,12 +9,39 @@
 //! eccentricity distribution of large graphs", Algorithms 6 (2013), on surfaces). Heat distances are not quite symmetric,
 //! so the bounds are padded by the contradictions that the fields show among themselves.
 
-use super::heat::HeatSolver;
 use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, distance};
-use crate::sparse::LANES;
+
+/// Something that solves for distance fields on one surface.
+pub trait DistanceFields: Sync {
+    /// Smallest and largest number of columns of sources between two looks at the bounds.
+    const ROUND: (usize, usize);
+
+    /// By how much a distance may be too long, as a share of the largest.
+    fn excess(&self) -> f64;
+
+    /// True while so little has been spent that better bounds than asked for are worth having.
+    fn has_spare(&self) -> bool;
+
+    /// Vertex-connected component of every vertex, numbered by first vertex; [`NONE`] without a triangle.
+    fn component(&self) -> &[u32];
+
+    /// Number of components.
+    fn component_count(&self) -> usize;
+
+    /// Solves every column, in parallel, calls `take` with its number and its field, and returns what it returned, in the
+    /// order of the columns. A column is a set of source vertices, at most one a component; its field holds the distance
+    /// of every vertex from the source in its component, model units, NaN where there is none. Advances `job` by one a
+    /// column. The fields do not depend on the number of threads.
+    fn for_each_column<T: Send>(
+        &self,
+        columns: &[&[u32]],
+        job: &Job,
+        take: impl Fn(usize, &[f64]) -> T + Sync,
+    ) -> Result<Vec<T>>;
+}
 
 /// How many distance fields to spend.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,13 +81,10 @@ pub struct Eccentricity {
     pub longest: Vec<(f64, [u32; 2])>,
 }
 
-/// Smallest and largest number of columns of sources between two looks at the bounds.
-const ROUND: (usize, usize) = (LANES, 8 * LANES);
-
 /// Eccentricity of the vertices of the solver's surface that `targets` asks for. `positions` of its vertices, in model
 /// units, serve to spread the sources of one round.
-pub fn eccentricity(
-    solver: &HeatSolver,
+pub fn eccentricity<S: DistanceFields>(
+    solver: &S,
     positions: &[Vec3],
     targets: Targets<'_>,
     mode: Mode,
@@ -78,7 +102,7 @@ pub fn eccentricity(
 }
 
 /// The paper's definition: a field from every vertex. Column k holds the k-th vertex of every component.
-fn all_sources(solver: &HeatSolver, targets: Targets<'_>, job: &Job) -> Result<Eccentricity> {
+fn all_sources<S: DistanceFields>(solver: &S, targets: Targets<'_>, job: &Job) -> Result<Eccentricity> {
     let members = members(solver, targets.ask)?;
     let longest = members.iter().map(Vec::len).max().unwrap_or(0);
     let columns: Vec<Vec<u32>> =
@@ -99,7 +123,7 @@ fn all_sources(solver: &HeatSolver, targets: Targets<'_>, job: &Job) -> Result<E
 }
 
 /// The vertices of every component that have their flag set.
-fn members(solver: &HeatSolver, flag: &[bool]) -> Result<Vec<Vec<u32>>> {
+fn members<S: DistanceFields>(solver: &S, flag: &[bool]) -> Result<Vec<Vec<u32>>> {
     let mut members: Vec<Vec<u32>> = try_filled(solver.component_count(), Vec::new(), "components")?;
     for (v, &c) in solver.component().iter().enumerate().filter(|&(v, &c)| c != NONE && flag[v]) {
         members[c as usize].push(v as u32);
@@ -121,7 +145,7 @@ struct End {
 }
 
 /// The far ends of a field by component; the lowest vertex of equals.
-fn farthest(solver: &HeatSolver, far: &[bool], field: &[f64]) -> Vec<End> {
+fn farthest<S: DistanceFields>(solver: &S, far: &[bool], field: &[f64]) -> Vec<End> {
     let none = (NONE, -1.0);
     let mut ends = vec![End { far: none, all: none }; solver.component_count()];
     for (v, (&d, &c)) in field.iter().zip(solver.component()).enumerate() {
@@ -137,8 +161,8 @@ fn farthest(solver: &HeatSolver, far: &[bool], field: &[f64]) -> Vec<End> {
 }
 
 impl Eccentricity {
-    fn unknown(solver: &HeatSolver) -> Result<Eccentricity> {
-        let n = solver.vertex_count();
+    fn unknown<S: DistanceFields>(solver: &S) -> Result<Eccentricity> {
+        let n = solver.component().len();
         let nan = || try_filled(n, f64::NAN, "eccentricities");
         let farthest = try_filled(n, NONE, "eccentricities")?;
         let longest = vec![(0.0, [NONE; 2]); solver.component_count()];
@@ -152,7 +176,7 @@ impl Eccentricity {
     }
 
     /// Takes in the field of one column of sources.
-    fn update(&mut self, solver: &HeatSolver, targets: Targets<'_>, sources: &[u32], field: &[f64]) {
+    fn update<S: DistanceFields>(&mut self, solver: &S, targets: Targets<'_>, sources: &[u32], field: &[f64]) {
         let ends = farthest(solver, targets.far, field);
         let mut source = vec![NONE; ends.len()];
         for &s in sources {
@@ -193,14 +217,17 @@ struct Front {
     slack: f64,
 }
 
-fn certified(
-    solver: &HeatSolver,
+/// The relative gap that is aimed at while there is effort to spare.
+const FINE: f64 = 0.01;
+
+fn certified<S: DistanceFields>(
+    solver: &S,
     positions: &[Vec3],
     targets: Targets<'_>,
     tolerance: f64,
     job: &Job,
 ) -> Result<Eccentricity> {
-    let n = solver.vertex_count();
+    let n = solver.component().len();
     let mut state = Eccentricity::unknown(solver)?;
     let some_far: Vec<bool> = members(solver, targets.far)?.iter().map(|m| !m.is_empty()).collect();
     let mut fronts: Vec<Front> = Vec::new();
@@ -214,8 +241,9 @@ fn certified(
     }
     let mut done = try_filled(n, false, "sources")?;
     loop {
+        let tolerance = if solver.has_spare() { tolerance.min(FINE) } else { tolerance };
         let picks: Vec<Vec<u32>> =
-            fronts.iter().map(|f| next_sources(f, &state, &done, positions, tolerance)).collect();
+            fronts.iter().map(|f| next_sources(f, &state, &done, positions, tolerance, S::ROUND)).collect();
         let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
         if longest == 0 {
             break;
@@ -235,7 +263,7 @@ fn certified(
     for front in &fronts {
         for v in front.members.iter().map(|&v| v as usize) {
             let pad = front.slack * state.distance[v];
-            state.lower[v] = (state.lower[v] - pad).min(state.distance[v]);
+            state.lower[v] = (state.lower[v] - pad - solver.excess() * state.upper[v]).min(state.distance[v]);
             state.upper[v] = (state.upper[v] + pad).max(state.distance[v]);
         }
     }
@@ -244,8 +272,8 @@ fn certified(
 
 /// By how much, relatively, new fields contradict each other (d(a,b) against d(b,a)) and the bounds that earlier fields
 /// set on their eccentricities. Source `picks[k]` is in column k of `fields`.
-fn contradiction(
-    solver: &HeatSolver,
+fn contradiction<S: DistanceFields>(
+    solver: &S,
     targets: Targets<'_>,
     before: &Eccentricity,
     picks: &[u32],
@@ -268,7 +296,14 @@ fn contradiction(
 /// The component's sources for the next round: the vertices with the widest bounds, each the worst once the ones before it
 /// are foreseen to be known; a quarter of them far ends seen so far, whose fields raise the lower bounds that all others
 /// lean on. The first round is the lowest vertex, the second takes place in any case, to see how fields contradict.
-fn next_sources(front: &Front, state: &Eccentricity, done: &[bool], positions: &[Vec3], tolerance: f64) -> Vec<u32> {
+fn next_sources(
+    front: &Front,
+    state: &Eccentricity,
+    done: &[bool],
+    positions: &[Vec3],
+    tolerance: f64,
+    round: (usize, usize),
+) -> Vec<u32> {
     if front.solved == 0 {
         return front.members[..1].to_vec();
     }
@@ -282,7 +317,7 @@ fn next_sources(front: &Front, state: &Eccentricity, done: &[bool], positions: &
         gap(lo, hi) > tolerance || (gap(lo, hi) > 0.25 * tolerance && unseen(v).is_some())
     };
     let mut open: Vec<_> = members.filter(loose).collect();
-    let count = front.solved.clamp(ROUND.0, ROUND.1).min(open.len());
+    let count = front.solved.clamp(round.0, round.1).min(open.len());
 
     let mut sources: Vec<u32> = open.iter().filter_map(|o| unseen(o.0)).collect();
     sources.sort_unstable();
@@ -310,7 +345,7 @@ fn next_sources(front: &Front, state: &Eccentricity, done: &[bool], positions: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geodesic::HeatOptions;
+    use crate::geodesic::{HeatOptions, HeatSolver};
     use crate::mesh::intrinsic::IntrinsicMesh;
     use crate::mesh::shapes::{grid_box, icosphere, union};
     use std::f64::consts::PI;

@@ -9,6 +9,7 @@
 //! The paper's gradient and divergence are not formed as vectors: with the local Dirichlet operator L_f of a triangle,
 //! A_f |∇u|² = uᵀ L_f u and A_f X·∇φ_i = -(L_f u)_i / |∇u|, which is Eqs. 7 and 8 written with cotangents.
 
+use super::eccentricity::DistanceFields;
 use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
 use crate::mesh::NONE;
@@ -99,16 +100,6 @@ impl HeatSolver {
         self.component.len()
     }
 
-    /// Vertex-connected component of every vertex, numbered by first vertex; [`NONE`] without a triangle.
-    pub fn component(&self) -> &[u32] {
-        &self.component
-    }
-
-    /// Number of components.
-    pub fn component_count(&self) -> usize {
-        self.components
-    }
-
     /// Memory for [`HeatSolver::solve`].
     pub fn scratch(&self) -> Result<Scratch> {
         let rows = || try_filled(self.vertex_count(), [0.0; LANES], "right-hand sides");
@@ -158,11 +149,30 @@ impl HeatSolver {
     fn first(&self, block: &[Row]) -> Vec<f64> {
         self.place.iter().map(|&k| block[k as usize][0]).collect()
     }
+}
 
-    /// Calls `take` with the number of every column and its distances (see [`HeatSolver::solve`]), blocks of columns in
-    /// parallel; returns what it returned in the order of the columns. The blocks, and so all roundings, do not depend on
-    /// the number of threads. Advances the job by one a column.
-    pub fn for_each_column<T: Send>(
+impl DistanceFields for HeatSolver {
+    const ROUND: (usize, usize) = (LANES, 8 * LANES);
+
+    // Heat distances err to both sides; the contradictions among the fields show by how much.
+    fn excess(&self) -> f64 {
+        0.0
+    }
+
+    fn has_spare(&self) -> bool {
+        false
+    }
+
+    fn component(&self) -> &[u32] {
+        &self.component
+    }
+
+    fn component_count(&self) -> usize {
+        self.components
+    }
+
+    /// Blocks of [`LANES`] columns in parallel. The blocks, and so all roundings, do not depend on the number of threads.
+    fn for_each_column<T: Send>(
         &self,
         columns: &[&[u32]],
         job: &Job,

@@ -1,8 +1,8 @@
 //! A perceptually uniform colour map for scalar fields.
 //!
 //! The map is viridis (Smith & van der Walt, CC0) in the degree-6 polynomial fit by Matt Zucker, published as CC0 at
-//! shadertoy.com/view/WlfXRN. It is within 3.3/255 of the table, reads in grey print and for colour-blind eyes, and keeps
-//! a few lines instead of 256 rows.
+//! shadertoy.com/view/WlfXRN. It is within 3.3/255 of the table, reads in grey print and for colour-blind eyes, and
+//! keeps a few lines instead of 256 rows.
 
 /// The colour for "no value": a mid grey, which viridis does not come near.
 pub const NO_VALUE: [u8; 3] = [128, 128, 128];

@@ -5,8 +5,8 @@
 //! the bytes that are there before anything is allocated for it, and memory is reserved fallibly.
 //!
 //! The parsers are our own on top of `rawzip`, `flate2` and `quick-xml`: `ply-rs` panics on a count that overflows and
-//! builds a hash map per row, `tobj` splits a file by group and material and so loses its face order, `stl_io` allocates a
-//! list of strings per line of text and narrows coordinates to f32.
+//! builds a hash map per row, `tobj` splits a file by group and material and so loses its face order, `stl_io` allocates
+//! a list of strings per line of text and narrows coordinates to f32.
 
 pub mod colour;
 #[cfg(test)]

@@ -6,8 +6,8 @@ use std::path::Path;
 
 /// Writes a PLY whose *vertices* have colours (`red green blue`) and named scalar fields (floats, NaN allowed).
 ///
-/// `colours` and every field have one entry a position. A field named `quality` is what MeshLab takes for vertex quality
-/// (to filter by or to colour anew); it drops fields of other names, and ParaView's own reader shows the colours only.
+/// `colours` and every field have one entry a position. A field named `quality` is what MeshLab takes for vertex
+/// quality (to filter by or to colour anew); it drops fields of other names, and ParaView's own reader shows the colours only.
 /// Programs that read every property (Open3D, CloudCompare, trimesh, meshio) see them all.
 ///
 /// # Errors
@@ -36,7 +36,8 @@ pub fn write_face_ply(
     write(out, positions, triangles, [plain, Paint { colours, scalars }])
 }
 
-/// Creates (or replaces) the file at `path` and lets `body` write it, buffered: `save_ply(path, |out| write_ply(out, ..))`.
+/// Creates (or replaces) the file at `path` and lets `body` write it, buffered:
+/// `save_ply(path, |out| write_ply(out, ..))`.
 /// After an error the file may be there in part.
 pub fn save_ply(path: &Path, body: impl FnOnce(&mut BufWriter<std::fs::File>) -> Result<()>) -> Result<()> {
     let name = |e: std::io::Error| Error::Io(format!("{}: {e}", path.display()));
@@ -66,7 +67,7 @@ impl Paint<'_> {
         for (i, &(name, values)) in self.scalars.iter().enumerate() {
             fits(values.len(), name)?;
             let word = |b: u8| b.is_ascii_alphanumeric() || b == b'_';
-            if !name.bytes().all(word) || !name.bytes().next().is_some_and(|b| !b.is_ascii_digit()) {
+            if !name.bytes().all(word) || name.bytes().next().is_none_or(|b| b.is_ascii_digit()) {
                 return Err(Error::Argument(format!("PLY: '{name}' cannot name a field: letters, digits and _ only")));
             }
             if TAKEN.contains(&name) || self.scalars[..i].iter().any(|(other, _)| *other == name) {
@@ -97,8 +98,8 @@ impl Paint<'_> {
     }
 }
 
-/// True if rounding to f32 moves a coordinate by more than a millionth of the mesh's size: so it does for a small part far
-/// from the origin, whose picture would then show steps. Else floats, which every program reads and are half as long.
+/// True if rounding to f32 moves a coordinate by more than a millionth of the mesh's size: so it does for a small part
+/// far from the origin, whose picture would then show steps. Else floats, which every program reads and are half as long.
 fn needs_double(positions: &[[f64; 3]]) -> bool {
     let finite = |p: &&[f64; 3]| p.iter().all(|x| x.is_finite());
     let (mut lo, mut hi, mut loss) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0f64);
@@ -129,7 +130,8 @@ fn write(out: &mut impl Write, positions: &[[f64; 3]], triangles: &[[u32; 3]], p
     let index = if positions.len() > i32::MAX as usize { "uint" } else { "int" };
     let header = format!(
         "ply\nformat binary_little_endian 1.0\ncomment written by armesh {}\nelement vertex {}\nproperty {real} x\n\
-         property {real} y\nproperty {real} z\n{}element face {}\nproperty list uchar {index} vertex_indices\n{}end_header\n",
+         property {real} y\nproperty {real} z\n{}element face {}\n\
+         property list uchar {index} vertex_indices\n{}end_header\n",
         env!("CARGO_PKG_VERSION"),
         positions.len(),
         paint[0].header(),

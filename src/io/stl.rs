@@ -41,7 +41,7 @@ fn binary(bytes: &[u8], sink: &mut Sink) -> Result<()> {
     let room = extra / RECORD;
     if count > room as u64 {
         return format_error(format!(
-            "binary STL: the header says {count} triangles, the file of {} bytes holds {room}: cut off, or not an STL file",
+            "binary STL: the header says {count} triangles, the file of {} bytes holds {room}: cut off, or no STL",
             bytes.len()
         ));
     }

@@ -235,7 +235,7 @@ impl<'a> Scene<'a> {
         let bytes = total.vertices.saturating_mul(24).saturating_add(total.triangles.saturating_mul(12));
         if bytes > sink.limits.expanded_bytes || total.placed > MAX_PLACED {
             return format_error(format!(
-                "3MF: the build expands to {} triangles in {} objects, beyond the limit of {} bytes or {MAX_PLACED} objects",
+                "3MF: the build expands to {} triangles in {} objects; the limits are {} bytes and {MAX_PLACED} objects",
                 total.triangles, total.placed, sink.limits.expanded_bytes
             ));
         }

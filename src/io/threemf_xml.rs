@@ -1,7 +1,7 @@
 //! The XML parts of a 3MF package: the model with its objects and build, and the relationships that name it.
 //!
-//! `quick-xml` reads them as a stream of borrowed events, so that memory goes into vertices and triangles only. The core
-//! namespace is the one of the root element: names with another prefix belong to extensions and are stepped over,
+//! `quick-xml` reads them as a stream of borrowed events, so that memory goes into vertices and triangles only. The
+//! core namespace is the one of the root element: names with another prefix belong to extensions and are stepped over,
 //! unless the model says that it cannot be understood without them.
 
 use super::text::{line_of, not_a_number, number, quote};

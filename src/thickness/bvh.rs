@@ -261,7 +261,49 @@ struct Folder<'a> {
     faces: &'a [u32],
     /// Number of triangles below each binary node.
     count: Vec<u32>,
+    /// Least cost of the triangles below each binary node as 1, 2, .. 7 children of one wide node.
+    cost: Vec<[f32; 7]>,
     out: Tree,
+}
+
+/// What testing a block costs, in tests of a node.
+const BLOCK_COST: f32 = 1.0;
+
+fn block_cost(binary: &Bvh2, at: u32) -> f32 {
+    binary.nodes[at as usize].aabb().half_area() * BLOCK_COST
+}
+
+/// Cheapest way to share `budget` children of a wide node between the binary nodes `first` and the next one: what it
+/// costs, and how many the first gets.
+fn split(cost: &[[f32; 7]], first: u32, budget: usize) -> (f32, usize) {
+    let (l, r) = (&cost[first as usize], &cost[first as usize + 1]);
+    let mut best = (f32::INFINITY, 1);
+    for k in 1..budget {
+        let both = l[k - 1] + r[budget - k - 1];
+        if both < best.0 {
+            best = (both, k);
+        }
+    }
+    best
+}
+
+/// The costs of a binary node from those of its children (Ylitie, Karras & Laine 2017): as a block, as a wide node of
+/// its own, or as several children of the wide node above.
+fn costs(binary: &Bvh2, count: &[u32], cost: &[[f32; 7]], at: u32) -> [f32; 7] {
+    let node = &binary.nodes[at as usize];
+    let block = block_cost(binary, at);
+    if node.is_leaf() {
+        return [block; 7];
+    }
+    let own = split(cost, node.first_index, 8).0 + node.aabb().half_area();
+    let mut out = [own; 7];
+    if count[at as usize] <= 4 {
+        out[0] = out[0].min(block);
+    }
+    for i in 1..7 {
+        out[i] = out[i - 1].min(split(cost, node.first_index, i + 1).0);
+    }
+    out
 }
 
 impl<'a> Folder<'a> {
@@ -284,11 +326,15 @@ impl<'a> Folder<'a> {
             let first = node.first_index as usize;
             count[at as usize] = if node.is_leaf() { node.prim_count } else { count[first] + count[first + 1] };
         }
+        let mut cost = try_filled(n, [0.0; 7], "costs of the ray tree")?;
+        for &at in walk.iter().rev() {
+            cost[at as usize] = costs(binary, &count, &cost, at);
+        }
         let out = Tree {
-            nodes: try_vec(faces.len() / 4 + 8, "nodes of the ray tree")?,
+            nodes: try_vec(faces.len() / 8 + 8, "nodes of the ray tree")?,
             blocks: try_vec(faces.len() / 2 + 8, "blocks of the ray tree")?,
         };
-        Ok(Folder { mesh, binary, faces, count, out })
+        Ok(Folder { mesh, binary, faces, count, cost, out })
     }
 
     /// The walk is depth first, so that blocks that follow each other are near each other.
@@ -297,7 +343,8 @@ impl<'a> Folder<'a> {
         self.out.nodes.push(Node::EMPTY);
         let mut todo = vec![(0u32, 0usize)];
         while let Some((root, at)) = todo.pop() {
-            let (children, n) = self.open(root);
+            let (mut children, mut n) = ([root; 8], 0);
+            self.open(root, 8, &mut children, &mut n);
             self.out.nodes.try_reserve(8).map_err(no_room)?;
             self.out.blocks.try_reserve(8).map_err(no_room)?;
             let base = todo.len();
@@ -306,7 +353,7 @@ impl<'a> Folder<'a> {
                     let b = &self.binary.nodes[child as usize].aabb();
                     (b.min.to_array(), b.max.to_array())
                 };
-                let id = if self.count[child as usize] <= 4 {
+                let id = if self.is_block(child) {
                     self.fill_block(child);
                     (self.out.blocks.len() - 1) as u32 | LEAF
                 } else {
@@ -326,20 +373,29 @@ impl<'a> Folder<'a> {
         Ok(self.out)
     }
 
-    /// Up to eight descendants of `root` that cover it: the one with the largest box is opened until there are eight.
-    fn open(&self, root: u32) -> ([u32; 8], usize) {
-        let mut children = [root; 8];
-        let mut n = 1;
-        while n < 8 {
-            let area = |c: u32| self.binary.nodes[c as usize].aabb().half_area();
-            let openable = (0..n).filter(|&k| self.count[children[k] as usize] > 4);
-            let Some(k) = openable.max_by(|&i, &j| area(children[i]).total_cmp(&area(children[j]))) else { break };
-            let first = self.binary.nodes[children[k] as usize].first_index;
-            children[k] = first;
-            children[n] = first + 1;
-            n += 1;
+    /// Appends the at most `budget` descendants of `at` that are its cheapest cover.
+    fn open(&self, at: u32, budget: usize, children: &mut [u32; 8], n: &mut usize) {
+        let node = &self.binary.nodes[at as usize];
+        let cost = &self.cost[at as usize];
+        if node.is_leaf() || budget == 1 || (budget < 8 && cost[budget - 1] == cost[0]) {
+            children[*n] = at;
+            *n += 1;
+            return;
         }
-        (children, n)
+        let mut budget = budget;
+        while budget < 8 && budget > 2 && cost[budget - 1] == cost[budget - 2] {
+            budget -= 1;
+        }
+        let first = node.first_index;
+        let (_, k) = split(&self.cost, first, budget);
+        self.open(first, k, children, n);
+        self.open(first + 1, budget - k, children, n);
+    }
+
+    /// Whether the triangles below `at` are cheapest as one block.
+    fn is_block(&self, at: u32) -> bool {
+        let i = at as usize;
+        self.binary.nodes[i].is_leaf() || (self.count[i] <= 4 && self.cost[i][0] == block_cost(self.binary, at))
     }
 
     fn fill_block(&mut self, root: u32) {
@@ -359,6 +415,9 @@ impl<'a> Folder<'a> {
             for p in node.first_index..node.first_index + node.prim_count {
                 let face = self.faces[self.binary.primitive_indices[p as usize] as usize];
                 block.face[lane] = face;
+                for a in 0..3 {
+                    block.normal[a][lane] = self.mesh.normals[face as usize][a];
+                }
                 for (v, corner) in self.mesh.corners(face).iter().enumerate() {
                     for a in 0..3 {
                         block.v[v][a][lane] = corner[a];

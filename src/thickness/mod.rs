@@ -3,6 +3,7 @@
 pub mod bvh;
 pub mod chords;
 pub mod cone;
+mod contact;
 mod exposed;
 pub mod inscribed;
 mod lanes;

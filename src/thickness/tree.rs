@@ -29,6 +29,8 @@ impl Node {
 pub(super) struct Block {
     /// Coordinates by corner, axis and lane.
     pub v: [[[f64; 4]; 3]; 3],
+    /// Outward unit normals by axis and lane.
+    pub normal: [[f64; 4]; 3],
     /// Face ids, [`NO_FACE`] in lanes that hold no triangle.
     pub face: [u32; 4],
 }
@@ -38,7 +40,42 @@ pub(super) const NO_FACE: u32 = u32::MAX;
 
 impl Block {
     /// A block that no ray hits.
-    pub const EMPTY: Block = Block { v: [[[0.0; 4]; 3]; 3], face: [NO_FACE; 4] };
+    pub const EMPTY: Block = {
+        // Lanes without a triangle lie beyond everything, for those who ask for heights.
+        let far = [1e9; 4];
+        let normal = [[1.0; 4], [0.0; 4], [0.0; 4]];
+        let v = [[far, [0.0; 4], [0.0; 4]]; 3];
+        Block { v, normal, face: [NO_FACE; 4] }
+    };
+
+    /// Signed distances of `p` from the planes of the triangles, positive outside.
+    #[inline(always)]
+    pub fn heights(&self, p: [f64; 3]) -> [f64; 4] {
+        let mut h = [0.0; 4];
+        for a in 0..3 {
+            for k in 0..4 {
+                h[k] += (p[a] - self.v[0][a][k]) * self.normal[a][k];
+            }
+        }
+        h
+    }
+
+    /// Corners of the triangle in lane `k`.
+    #[inline(always)]
+    pub fn corners(&self, k: usize) -> [[f64; 3]; 3] {
+        let v = &self.v;
+        [
+            [v[0][0][k], v[0][1][k], v[0][2][k]],
+            [v[1][0][k], v[1][1][k], v[1][2][k]],
+            [v[2][0][k], v[2][1][k], v[2][2][k]],
+        ]
+    }
+
+    /// Outward normal of the triangle in lane `k`.
+    #[inline(always)]
+    pub fn outward(&self, k: usize) -> [f64; 3] {
+        [self.normal[0][k], self.normal[1][k], self.normal[2][k]]
+    }
 }
 
 /// One triangle met by a ray.

@@ -19,30 +19,31 @@
 //! corner, such as that of a tetrahedron, the sphere that fits the body behind it. The sphere depends on where the
 //! surface is, not on how it is cut into triangles.
 
-use super::bvh::{RayMesh, SAME_SURFACE, along, dot, sub};
+use super::bvh::{RayMesh, SAME_SURFACE, dot, sub};
 use super::exposed::Exposed;
 use super::lanes::{Lanes, Work, with_best};
-use super::nearest::{Near, closest_on_segment, closest_on_triangle};
+use super::contact::{Contact, Contacts};
+use super::nearest::Growth;
 use super::tree::Stack;
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
 
-/// Cosine of the angle between two contacts, seen from the centre, from which on they hold the sphere: 115 degrees.
-const HELD: f64 = -0.422_618_261_740_699_44;
+/// Surface may reach this deep into a sphere, as a share of its radius, without stopping it: first the larger, so that
+/// it slides over the facets of round surfaces in few steps; when held, it is set back and goes on with less.
+const SLACK: [f64; 3] = [0.04, 0.01, EXACT];
 
-/// Surface may reach this deep into a sphere, as a share of its radius, without counting as a contact: the facets of
-/// round surfaces do. The width is corrected for it at the end.
-const SLACK: f64 = 5e-3;
+/// The slack at which a held sphere counts, and for facets: what this leaves out is a quarter of a percent of the width.
+const EXACT: f64 = 2.5e-3;
 
-/// A contact is lost when the sphere is further from it than this share of its radius.
-const LOST: f64 = 1e-2;
+/// Surface this near to a sphere, as a share of its radius, touches it.
+const NEAR: f64 = 0.01;
 
-/// A corner is left in few steps; on badly faceted surfaces the sphere of the last step is as good.
-const STEPS: usize = 24;
+/// A step that makes the sphere larger by less than this share is none.
+const PROGRESS: f64 = 1e-3;
 
-/// Corrections of one step. Each makes the sphere smaller; some five are usual.
-const CORRECTIONS: usize = 48;
+/// Corners are left in few steps; where a surface is so rough that they do not suffice, the last sphere is as good.
+const STEPS: usize = 40;
 
 /// Triangles lower than this (in units of the tree) have no trustworthy normal: corners of files in single precision
 /// are off by up to a thirtieth of it.
@@ -64,14 +65,6 @@ pub struct Walls {
     pub open: u64,
     /// Points on faces without area only.
     pub degenerate: u64,
-}
-
-/// Where the sphere rests.
-#[derive(Debug, Clone, Copy)]
-struct Contact {
-    /// Unit vector from the contact to the centre.
-    up: [f64; 3],
-    face: u32,
 }
 
 /// What became of one point.
@@ -211,7 +204,8 @@ impl Work for Piece<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let mesh = self.surface.mesh();
-        let mut grower = Grower { mesh, lanes, stack: Stack::new(), contacts: Vec::new(), empty: ([0.0; 3], 0.0) };
+        let (contacts, before) = (Contacts::default(), Contacts::default());
+        let mut grower = Grower { mesh, lanes, stack: Stack::new(), contacts, before, empty: ([0.0; 3], 0.0) };
         let mut faces = Vec::new();
         for &i in self.piece {
             let p = mesh.to_unit(self.points[i as usize]);
@@ -229,154 +223,118 @@ struct Grower<'a, L> {
     mesh: &'a RayMesh,
     lanes: L,
     stack: Stack,
-    contacts: Vec<Contact>,
-    /// A sphere known to hold no surface.
+    contacts: Contacts,
+    before: Contacts,
+    /// A sphere known to be empty.
     empty: ([f64; 3], f64),
 }
 
 impl<L: Lanes> Grower<'_, L> {
     #[inline(always)]
     fn grow(&mut self, p: [f64; 3], faces: &[u32]) -> Outcome {
-        // --- step 1: rest on the faces at the point
+        // --- step 1: rest on the faces at the point, and grow until something else is touched
         if !self.rest_on(faces) {
             return Outcome::Degenerate;
         }
-        let (mut c, mut r) = (p, 0.0);
-        for _ in 0..STEPS {
-            // --- step 2: held?
-            if self.is_held() {
-                break;
-            }
-            // --- step 3: the direction in which the sphere grows fastest, and how far it gets
-            let v = fastest(&self.contacts);
-            if dot(v, v) < 1e-4 {
-                break;
-            }
-            let Some((s, near)) = self.advance(c, r, v) else { return Outcome::Open };
-            c = along(c, s, v);
-            r += s * dot(v, v);
-            self.keep_contacts(c, r, near);
+        if self.contacts.hold(0.0) {
+            return Outcome::Ball(p, 0.0);
         }
-        match self.mesh.nearest(self.lanes, &mut self.stack, c, r * r) {
-            Some(near) if near.d2.sqrt() > 0.9 * r => r = near.d2.sqrt(),
-            _ => {}
+        let v = self.contacts.fastest();
+        let g = dot(v, v);
+        if g < 1e-4 {
+            return Outcome::Ball(p, 0.0);
+        }
+        let Some((mut c, mut r)) = self.advance(&Growth { c: p, r: 0.0, v, g }, EXACT) else { return Outcome::Open };
+        let (mesh, lanes) = (self.mesh, self.lanes);
+        match mesh.touching(lanes, &mut self.stack, c, (r * (1.0 - EXACT), r), NEAR, &mut self.contacts) {
+            None => return Outcome::Ball(c, r),
+            Some(exact) => r = exact,
+        }
+        let mut level = 0;
+        for _ in 0..STEPS {
+            // --- step 2: held, or nowhere to go?
+            let v = self.contacts.fastest();
+            let g = dot(v, v);
+            if self.contacts.hold(f64::INFINITY) || g < 1e-3 {
+                break;
+            }
+            // --- step 3: slide out of the corner
+            self.before.list.clone_from(&self.contacts.list);
+            let slack = SLACK[level];
+            let Some((to, size)) = self.advance(&Growth { c, r, v, g }, slack) else { return Outcome::Open };
+            let range = (size * (1.0 - slack), size);
+            let found = mesh.touching(lanes, &mut self.stack, to, range, NEAR.max(slack), &mut self.contacts);
+            let held = found.is_none() || self.contacts.hold(f64::INFINITY);
+            let reached = found.unwrap_or(size);
+            let last = level + 1 == SLACK.len();
+            if reached > r * (1.0 + PROGRESS) && (last || !held) {
+                (c, r) = (to, reached);
+                if held {
+                    break;
+                }
+                level = level.min(1);
+            } else if last {
+                break;
+            } else {
+                // Too far, or not far enough to matter: back, and with care.
+                level = SLACK.len() - 1;
+                std::mem::swap(&mut self.contacts, &mut self.before);
+            }
         }
         Outcome::Ball(c, r)
     }
 
-    /// Contacts with the faces at the point; of faces with nearly the same normal one is enough.
+    /// Contacts with the faces at the point.
     #[inline(always)]
     fn rest_on(&mut self, faces: &[u32]) -> bool {
-        self.contacts.clear();
+        self.contacts.list.clear();
+        self.contacts.set_tolerance(0.0);
         for least in [FLAT, 0.0] {
             for &face in faces {
                 let up = self.mesh.normals[face as usize].map(|x| -x);
-                let known = self.contacts.iter().any(|c| dot(c.up, up) > 0.9999);
-                if up != [0.0; 3] && !known && self.contacts.len() < 16 && height(self.mesh.corners(face)) > least {
-                    self.contacts.push(Contact { up, face });
+                if up != [0.0; 3] && height(self.mesh.corners(face)) > least {
+                    self.contacts.add(Contact { up, face, d: 0.0, square: true }, -1.0);
                 }
             }
-            if !self.contacts.is_empty() {
+            if !self.contacts.list.is_empty() {
                 break;
             }
         }
-        !self.contacts.is_empty()
+        !self.contacts.list.is_empty()
     }
 
+    /// The sphere to which `growth` leads, with up to `slack` of its radius inside the surface; None if nothing stops
+    /// it. What stops it joins the contacts.
     #[inline(always)]
-    fn is_held(&self) -> bool {
-        let c = &self.contacts;
-        (1..c.len()).any(|i| (0..i).any(|j| dot(c[i].up, c[j].up) <= HELD))
-    }
-
-    /// How far the sphere about `c` of radius `r` gets along `v`, growing by |v|^2 per unit (as its contacts ask), and
-    /// what stops it: the largest s for which the sphere about c + s v of radius r + s |v|^2 is empty, by shrinking it
-    /// to each point of the surface that is found in it (Ma, Bae & Choi 2012, there for one contact). None if nothing
-    /// stops it.
-    #[inline(always)]
-    fn advance(&mut self, c: [f64; 3], r: f64, v: [f64; 3]) -> Option<(f64, Near)> {
-        let g = dot(v, v);
-        let speed = g.sqrt();
-        let d = v.map(|x| x / speed);
-        let start = if r > 0.0 { 0.0 } else { SAME_SURFACE };
-        let hit = self.mesh.nearest_hit(self.lanes, &mut self.stack, (c, d), (start, f64::INFINITY), u32::MAX);
-        // Straight ahead the sphere cannot pass what the ray meets.
-        let mut near = hit.map(|h| Near { d2: 0.0, point: along(c, h.t, d), face: h.face });
-        let mut s = hit.map_or((2.0 - r) / g, |h| ((h.t - r) / (speed + g)).max(0.0));
-        for _ in 0..CORRECTIONS {
-            let (to, size) = (along(c, s, v), r + s * g);
-            let inner = size * (1.0 - SLACK);
-            let apart = sub(to, self.empty.0);
-            if dot(apart, apart).sqrt() + inner <= self.empty.1 {
-                break;
-            }
-            let outer = size * (1.0 - SLACK / 2.0);
-            let found = match self.mesh.nearest(self.lanes, &mut self.stack, to, outer * outer) {
-                Some(found) if found.d2 < inner * inner => found,
-                found => {
-                    self.empty = (to, found.map_or(outer, |f| f.d2.sqrt()));
-                    break;
-                }
-            };
-            // |c + s v - q|^2 = (r + s g)^2, the smaller root.
-            let w = sub(c, found.point);
-            let (a, b, k) = (g - g * g, dot(v, w) - r * g, dot(w, w) - r * r);
-            let next = k / ((b * b - a * k).max(0.0).sqrt() - b);
-            near = Some(found);
-            if !(next < s * (1.0 - 1e-6)) {
-                break;
-            }
-            s = next.max(0.0);
-            if s == 0.0 {
-                break;
+    fn advance(&mut self, growth: &Growth, slack: f64) -> Option<([f64; 3], f64)> {
+        // Straight ahead it cannot pass what the ray meets.
+        let speed = growth.g.sqrt();
+        let d = growth.v.map(|x| x / speed);
+        let start = if growth.r > 0.0 { 0.0 } else { SAME_SURFACE };
+        let range = (start, f64::INFINITY);
+        let hit = self.mesh.nearest_hit(self.lanes, &mut self.stack, (growth.c, d), range, u32::MAX);
+        let mut s = hit.map_or((2.0 - growth.r) / growth.g, |h| ((h.t - growth.r) / (speed + growth.g)).max(0.0));
+        let mut stopped_by = [hit.map(|h| h.face), None];
+        let (to, size) = growth.at(s);
+        let apart = sub(to, self.empty.0);
+        let known = self.empty.1 - dot(apart, apart).sqrt();
+        if known < size * (1.0 - EXACT.max(slack)) {
+            let stop = self.mesh.shrink(self.lanes, &mut self.stack, growth, s, slack);
+            s = stop.s;
+            self.empty = (growth.at(s).0, stop.clear);
+            stopped_by[1] = stop.contact.map(|c| c.1);
+        }
+        // Their distances are found when the contacts are next looked at.
+        for face in stopped_by.into_iter().flatten() {
+            if self.contacts.list.iter().all(|c| c.face != face) {
+                self.contacts.list.push(Contact { up: [0.0; 3], face, d: f64::INFINITY, square: false });
             }
         }
-        near.map(|n| (s, n))
-    }
-
-    /// Drops the contacts that the sphere has left and adds the new one.
-    #[inline(always)]
-    fn keep_contacts(&mut self, c: [f64; 3], r: f64, near: Near) {
-        let mesh = self.mesh;
-        let mut new = Contact { up: [0.0; 3], face: near.face };
-        self.contacts.retain_mut(|contact| {
-            let away = sub(c, closest_on_triangle(c, mesh.corners(contact.face)));
-            let d = dot(away, away).sqrt();
-            let stays = d <= r * (1.0 + LOST) && d > 0.0;
-            if stays {
-                contact.up = away.map(|x| x / d);
-            }
-            stays && contact.face != near.face
-        });
-        let away = sub(c, near.point);
-        let d = dot(away, away).sqrt();
-        if d > 0.0 {
-            new.up = away.map(|x| x / d);
-            self.contacts.retain(|contact| dot(contact.up, new.up) < 0.9999);
-            self.contacts.push(new);
+        if stopped_by == [None, None] {
+            return None;
         }
+        Some(growth.at(s))
     }
-}
-
-/// The shortest vector of the convex hull of the contacts' directions: moving along it the centre leaves all contacts
-/// at the same rate, the fastest possible. Zero if they surround the centre.
-fn fastest(contacts: &[Contact]) -> [f64; 3] {
-    let mut best = [f64::INFINITY; 3];
-    let mut least = f64::INFINITY;
-    let mut offer = |v: [f64; 3]| {
-        if dot(v, v) < least {
-            (best, least) = (v, dot(v, v));
-        }
-    };
-    for (i, a) in contacts.iter().enumerate() {
-        offer(a.up);
-        for (j, b) in contacts[..i].iter().enumerate() {
-            offer(closest_on_segment(a.up, b.up));
-            contacts[..j].iter().for_each(|c| offer(closest_on_triangle([0.0; 3], [a.up, b.up, c.up])));
-        }
-    }
-    let outside = contacts.iter().all(|c| dot(c.up, best) >= least - 1e-6);
-    if outside && least <= 1.5 { best } else { [0.0; 3] }
 }
 
 /// The indices of the points along a curve that keeps near what is near (Morton order).

@@ -1,0 +1,137 @@
+// The C++ side of the comparison: armesh through its public header, CGAL's sdf_values, and the mesh for the Python side.
+//
+//   peers mesh N FILE         writes the ellipsoid (vertex count, face count, doubles, uint32), 20 N^2 faces
+//   peers d1 N THREADS        D1 (and D2) of all vertices, one source each: prints seconds, seconds of processor time
+//                             (which tell more on a busy machine) and the largest D1
+//   peers certified N THREADS the same with as many sources as it takes to know D1 to 2 %; prints their number too
+//   peers d2 N THREADS RAYS   D2: prints seconds and processor seconds until D1 begins; D1 is then cancelled
+//   peers cgal-sdf N RAYS     CGAL's sdf_values, raw: the same
+#include "shapes.hpp"
+
+#include <armesh.hpp>
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/mesh_segmentation.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <stdexcept>
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Wall and processor time since its making.
+class Timer {
+  public:
+    double wall() const { return std::chrono::duration<double>(Clock::now() - wall_).count(); }
+    double processor() const { return static_cast<double>(std::clock() - processor_) / CLOCKS_PER_SEC; }
+
+  private:
+    Clock::time_point wall_ = Clock::now();
+    std::clock_t processor_ = std::clock();
+};
+
+shapes::Mesh ellipsoid(int n) { return shapes::ellipsoid(n, 1.0, 1.5, 2.5); }
+
+armesh::mesh hand_over(const shapes::Mesh &mesh) {
+    return armesh::mesh::from_buffers(mesh.points[0].data(), mesh.points.size(), 0, mesh.triangles[0].data(),
+                                      mesh.triangles.size(), 0);
+}
+
+void write_mesh(const shapes::Mesh &mesh, const char *path) {
+    std::FILE *file = std::fopen(path, "wb");
+    const std::uint64_t counts[2] = {mesh.points.size(), mesh.triangles.size()};
+    bool good = file != nullptr && std::fwrite(counts, sizeof counts, 1, file) == 1;
+    good = good && std::fwrite(mesh.points.data(), sizeof(shapes::Point), mesh.points.size(), file) == mesh.points.size();
+    good = good && std::fwrite(mesh.triangles.data(), sizeof(shapes::Triangle), mesh.triangles.size(), file) ==
+                       mesh.triangles.size();
+    if (!good || std::fclose(file) != 0) {
+        throw std::runtime_error("cannot write the mesh");
+    }
+}
+
+void d1(int n, unsigned threads, armesh::d1_method method) {
+    armesh::mesh mesh = hand_over(ellipsoid(n));
+    armesh::compute_options how;
+    how.profile = armesh::profile::paper;
+    how.threads = threads;
+    how.d1_method = method;
+    const Timer timer;
+    mesh.compute(how);
+    const double wall = timer.wall(), processor = timer.processor();
+    std::printf("%.6f %.6f %.9g %llu\n", wall, processor, mesh.summary().d1_max,
+                static_cast<unsigned long long>(mesh.summary().solves));
+}
+
+void d2(int n, unsigned threads, unsigned rays) {
+    armesh::mesh mesh = hand_over(ellipsoid(n));
+    armesh::compute_options how;
+    how.profile = armesh::profile::paper;
+    how.threads = threads;
+    how.rays = rays;
+    double wall = 0, processor = 0;
+    const Timer timer;
+    how.progress = [&](double, armesh::stage now) { // some 30 times a second: the answer is rounded up
+        wall = timer.wall();
+        processor = timer.processor();
+        return now != armesh::stage::factor && now != armesh::stage::geodesic;
+    };
+    try {
+        mesh.compute(how);
+        throw std::runtime_error("D1 was not stopped");
+    } catch (const armesh::error &error) {
+        if (error.status() != AR_E_CANCELLED) {
+            throw;
+        }
+    }
+    std::printf("%.6f %.6f\n", wall, processor);
+}
+
+void cgal_sdf(int n, unsigned rays) {
+    using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+    using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+    Surface surface;
+    const shapes::Mesh mesh = ellipsoid(n);
+    for (const shapes::Point &p : mesh.points) {
+        surface.add_vertex(Kernel::Point_3(p[0], p[1], p[2]));
+    }
+    for (const shapes::Triangle &t : mesh.triangles) {
+        surface.add_face(Surface::Vertex_index(t[0]), Surface::Vertex_index(t[1]), Surface::Vertex_index(t[2]));
+    }
+    auto value = surface.add_property_map<Surface::Face_index, double>("f:sdf", 0).first;
+    const Timer timer;
+    CGAL::sdf_values(surface, value, 2.0 / 3.0 * CGAL_PI, rays, false);
+    std::printf("%.6f %.6f\n", timer.wall(), timer.processor());
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    const auto number = [&](int k) { return k < argc ? std::atoi(argv[k]) : 0; };
+    const auto count = [&](int k) { return static_cast<unsigned>(number(k)); };
+    try {
+        if (argc == 4 && std::strcmp(argv[1], "mesh") == 0) {
+            write_mesh(ellipsoid(number(2)), argv[3]);
+        } else if (argc == 4 && std::strcmp(argv[1], "d1") == 0) {
+            d1(number(2), count(3), armesh::d1_method::all_vertices);
+        } else if (argc == 4 && std::strcmp(argv[1], "certified") == 0) {
+            d1(number(2), count(3), armesh::d1_method::certified);
+        } else if (argc == 5 && std::strcmp(argv[1], "d2") == 0) {
+            d2(number(2), count(3), count(4));
+        } else if (argc == 4 && std::strcmp(argv[1], "cgal-sdf") == 0) {
+            cgal_sdf(number(2), count(3));
+        } else {
+            std::fprintf(stderr, "usage: see the top of peers.cpp\n");
+            return 2;
+        }
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "peers: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}

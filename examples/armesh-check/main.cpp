@@ -1,0 +1,87 @@
+// armesh-check: measures a part's slenderness through libarmesh's public headers and says whether it is too much.
+// Exit status: 0 under the limit, 1 at or over it, 2 wrong usage or bad input, 130 stopped by Ctrl-C.
+#include "args.hpp"
+#include "file.hpp"
+#include "measure.hpp"
+#include "progress.hpp"
+#include "report.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+namespace {
+
+using namespace check;
+
+enum Exit { kUnder = 0, kOver = 1, kBad = 2, kInterrupted = 130 };
+
+int run(const Args &args) {
+    // names first: a typing error in a path must not cost the whole computation
+    const auto output = [](const std::string &path) {
+        return path.empty() ? nullptr : std::make_unique<OutputFile>(path);
+    };
+    const auto json = output(args.json), csv = output(args.vertex_csv), ply = output(args.ply);
+
+    const armesh::cancel_token token;
+    const CancelOnInterrupt on_interrupt(token);
+    std::optional<armesh::mesh> mesh;
+    const Report report = measure(args, token, mesh);
+    if (std::isnan(report.summary.ratio_max)) {
+        throw std::runtime_error("nothing could be measured: no vertex has both a D1 and a D2");
+    }
+
+    if (json) {
+        json->write(to_json(report));
+    }
+    if (csv) {
+        csv->write(to_csv(report));
+    }
+    if (ply) {
+        mesh->write_ply(ply->temporary(), armesh::quantity::ratio);
+    }
+    if (CancelOnInterrupt::interrupted()) {
+        throw armesh::error(AR_E_CANCELLED, "stopped");
+    }
+    for (OutputFile *file : {json.get(), csv.get(), ply.get()}) {
+        if (file != nullptr) {
+            file->commit();
+        }
+    }
+    if (!args.quiet) {
+        std::fputs(to_table(report).c_str(), stdout);
+        if (std::fflush(stdout) != 0) {
+            throw std::runtime_error("cannot write to standard output");
+        }
+    }
+    return report.over() ? kOver : kUnder;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    std::string part;
+    try {
+        const Args args = parse_args(argc, argv);
+        if (args.help) {
+            std::fputs(help_text(), stdout);
+            return kUnder;
+        }
+        if (args.version) {
+            std::printf("armesh-check %s\n", armesh::version());
+            return kUnder;
+        }
+        part = args.part;
+        return run(args);
+    } catch (const armesh::error &error) {
+        if (error.status() == AR_E_CANCELLED && CancelOnInterrupt::interrupted()) {
+            std::fprintf(stderr, "armesh-check: stopped\n");
+            return kInterrupted;
+        }
+        std::fprintf(stderr, "armesh-check: %s: %s\n", part.c_str(), error.what());
+    } catch (const std::exception &error) {
+        std::fprintf(stderr, "armesh-check: %s\n", error.what());
+    }
+    return kBad;
+}

@@ -1,0 +1,89 @@
+// The report as a table for people.
+#include "format.hpp"
+#include "report.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace check {
+namespace {
+
+void line(std::string &out, const char *format, ...) {
+    char text[1024];
+    va_list values;
+    va_start(values, format);
+    std::vsnprintf(text, sizeof text, format, values);
+    va_end(values);
+    out += text;
+    out += '\n';
+}
+
+void mesh_facts(std::string &out, const MeshFacts &mesh) {
+    const std::string unit = mesh.unit[0] != '\0' ? mesh.unit : "units (the file does not say which)";
+    const Point size = {mesh.high[0] - mesh.low[0], mesh.high[1] - mesh.low[1], mesh.high[2] - mesh.low[2]};
+    line(out, "Mesh");
+    line(out, "  %s faces, %s vertices, %s %s, %s", shown(mesh.faces).c_str(), shown(mesh.vertices).c_str(),
+         shown(mesh.components).c_str(), mesh.components == 1 ? "shell" : "shells", mesh.closed ? "closed" : "NOT closed");
+    line(out, "  %s x %s x %s %s, from %s to %s", shown(size[0]).c_str(), shown(size[1]).c_str(),
+         shown(size[2]).c_str(), unit.c_str(), shown(mesh.low).c_str(), shown(mesh.high).c_str());
+    line(out, "  area %s, volume %s", shown(mesh.area, 5).c_str(), shown(mesh.volume, 5).c_str());
+    for (const std::string &warning : mesh.warnings) {
+        line(out, "  warning: %s", warning.c_str());
+    }
+    for (const Finding &f : mesh.findings) {
+        if (f.count == 0) {
+            continue;
+        }
+        std::string where;
+        if (f.located) {
+            where = std::string(", the first at ") + (f.first_is_vertex ? "vertex " : "face ") +
+                    std::to_string(f.first) + " " + shown(f.at);
+        }
+        line(out, "  warning: %s %s%s", shown(f.count).c_str(), f.words, where.c_str());
+    }
+}
+
+void slenderness(std::string &out, const Summary &s, std::uint64_t vertices) {
+    line(out, "Slenderness");
+    line(out, "  %-24s %10s %10s   %s", "", "largest", "mean", "where the largest is");
+    line(out, "  %-24s %10s %10s   %s to %s", "D1, length", shown(s.d1_max).c_str(), shown(s.d1_mean).c_str(),
+         shown(s.d1_max_at).c_str(), shown(s.d1_max_far).c_str());
+    line(out, "  %-24s %10s %10s   %s", "D2, width", shown(s.d2_max).c_str(), shown(s.d2_mean).c_str(),
+         shown(s.d2_max_at).c_str());
+    line(out, "  %-24s %10s %10s", "part, D1/D2 of these", shown(s.ratio_max).c_str(), shown(s.ratio_mean).c_str());
+    line(out, "  %-24s %10s %10s   %s", "D1/D2 at a vertex", shown(s.vertex_ratio_max).c_str(), "",
+         shown(s.vertex_ratio_max_at).c_str());
+    if (s.unmeasured > 0) {
+        line(out, "  warning: %s of %s vertices have no value", shown(s.unmeasured).c_str(), shown(vertices).c_str());
+    }
+}
+
+void worst_places(std::string &out, const std::vector<Place> &places) {
+    if (places.empty()) {
+        return;
+    }
+    line(out, "Worst places");
+    line(out, "  %10s %10s %10s   %s", "D1/D2", "D1", "D2", "where");
+    for (const Place &p : places) {
+        line(out, "  %10s %10s %10s   %s", shown(p.ratio).c_str(), shown(p.d1).c_str(), shown(p.d2).c_str(),
+             shown(p.at).c_str());
+    }
+}
+
+} // namespace
+
+std::string to_table(const Report &report) {
+    std::string out = report.args.part + "\n\n";
+    mesh_facts(out, report.mesh);
+    out += '\n';
+    slenderness(out, report.summary, report.mesh.vertices);
+    out += '\n';
+    worst_places(out, report.worst);
+    const bool over = report.over();
+    line(out, "\n%s: slenderness %s is %s the limit of %s  (%.2f s)", over ? "TOO SLENDER" : "ok",
+         shown(report.summary.ratio_max).c_str(), over ? "at or over" : "under", shown(report.args.limit).c_str(),
+         report.summary.seconds);
+    return out;
+}
+
+} // namespace check

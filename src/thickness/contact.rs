@@ -1,0 +1,168 @@
+//! Where an inscribed sphere touches the surface, whether that holds it, and where it can grow.
+
+use super::bvh::{RayMesh, cross, dot, sub};
+use super::nearest::{closest_on_segment, closest_on_triangle};
+
+/// Cosine of the angle between two contacts, seen from the centre, from which on they hold the sphere: 115 degrees.
+const HELD: f64 = -0.422_618_261_740_699_44;
+
+/// More contacts than this are not told apart; they would be on all sides.
+const MOST: usize = 96;
+
+/// One place where the sphere touches.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contact {
+    /// Unit vector from the contact to the centre.
+    pub up: [f64; 3],
+    pub face: u32,
+    /// Distance from the centre.
+    pub d: f64,
+    /// True if the face is met squarely: no surface around can be nearer.
+    pub square: bool,
+}
+
+/// Cosine of the angle to the normal up to which a face is met squarely (2 degrees).
+pub(super) const SQUARE: f64 = 0.9994;
+
+/// All of them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Contacts {
+    pub list: Vec<Contact>,
+    /// Cosine of the angle within which contacts are one.
+    same: f64,
+    /// Cosine of what is left of that angle beyond the disk.
+    sure: f64,
+}
+
+impl Contacts {
+    /// Sets how far from the sphere, as a share of its radius, surface still touches it. Where it touches a plane, that
+    /// is a disk on the sphere; contacts less than a little more than its radius apart are one.
+    #[inline(always)]
+    pub fn set_tolerance(&mut self, tolerance: f64) {
+        let disk = (1.0 / (1.0 + tolerance)).acos();
+        self.same = (1.25 * disk + 0.03).cos();
+        self.sure = (0.25 * disk + 0.03).cos();
+    }
+
+    /// Whether a known contact makes it needless to look at a triangle with this outward normal whose plane is at the
+    /// signed height `h`: it can only touch further away and in nearly the same direction.
+    #[inline(always)]
+    pub fn cover(&self, outward: [f64; 3], h: f64) -> bool {
+        self.list.iter().any(|c| h.abs() >= c.d && dot(c.up, outward) * h > self.sure * h.abs())
+    }
+
+    /// Adds a contact, or moves a similar one closer. True if it surely holds the sphere together with another, both
+    /// no further than `certain`.
+    #[inline(always)]
+    pub fn add(&mut self, new: Contact, certain: f64) -> bool {
+        let mut held = false;
+        for other in &mut self.list {
+            let cos = dot(other.up, new.up);
+            if cos > self.same {
+                if new.d < other.d {
+                    *other = new;
+                }
+                return false;
+            }
+            held |= cos <= HELD && new.square && other.square && new.d <= certain && other.d <= certain;
+        }
+        if self.list.len() < MOST {
+            self.list.push(new);
+        }
+        held
+    }
+
+    /// Sees the contacts' faces from a new centre and keeps those met squarely within `reach`. True if two of them, both
+    /// no further than `certain`, hold the sphere.
+    #[inline(always)]
+    pub fn look_from(&mut self, mesh: &RayMesh, c: [f64; 3], reach: f64, certain: f64) -> bool {
+        self.list.retain_mut(|contact| {
+            let away = sub(c, closest_on_triangle(c, mesh.corners(contact.face)));
+            contact.d = dot(away, away).sqrt();
+            contact.up = away.map(|x| x / contact.d);
+            contact.square = dot(contact.up, mesh.normals[contact.face as usize]).abs() > SQUARE;
+            contact.d < reach && contact.square
+        });
+        self.settle(reach);
+        self.hold(certain)
+    }
+
+    /// Keeps the contacts within `reach`, and of similar ones the nearest.
+    pub fn settle(&mut self, reach: f64) {
+        self.list.retain(|contact| contact.d <= reach);
+        self.list.sort_by(|a, b| a.d.total_cmp(&b.d));
+        let mut kept = 0;
+        for i in 0..self.list.len() {
+            let contact = self.list[i];
+            if self.list[..kept].iter().all(|other| dot(other.up, contact.up) <= self.same) {
+                self.list[kept] = contact;
+                kept += 1;
+            }
+        }
+        self.list.truncate(kept);
+    }
+
+    /// Whether two contacts no further than `reach` lie on opposite sides.
+    #[inline(always)]
+    pub fn hold(&self, reach: f64) -> bool {
+        let near = |c: &&Contact| c.d <= reach;
+        let opposed = |(i, a): (usize, &Contact)| {
+            a.d <= reach && self.list[..i].iter().filter(near).any(|b| dot(a.up, b.up) <= HELD)
+        };
+        self.list.iter().enumerate().any(opposed)
+    }
+
+    /// The shortest vector of the convex hull of the contacts' directions: moving along it the centre leaves all
+    /// contacts at the same rate or faster, and no direction does better. Zero if they surround the centre.
+    pub fn fastest(&self) -> [f64; 3] {
+        let Some(first) = self.list.first() else { return [0.0; 3] };
+        // Corners of the hull's face nearest to the centre, one replaced at a time (Wolfe 1976, in three dimensions).
+        let mut face = vec![first.up];
+        let mut best = first.up;
+        for _ in 0..64 {
+            let least = dot(best, best);
+            let ahead = self.list.iter().map(|c| c.up).min_by(|a, b| dot(*a, best).total_cmp(&dot(*b, best)));
+            let Some(new) = ahead.filter(|u| dot(*u, best) < least - 1e-9) else { return best };
+            face.push(new);
+            if surround(&face) {
+                return [0.0; 3];
+            }
+            let (v, corners) = shortest(&face);
+            if dot(v, v) >= least {
+                return best;
+            }
+            (best, face) = (v, corners);
+        }
+        best
+    }
+}
+
+/// Whether the origin lies in the tetrahedron of four points.
+fn surround(points: &[[f64; 3]]) -> bool {
+    let &[a, b, c, d] = points else { return false };
+    let side = |p, q, r, s| {
+        let n = cross(sub(q, p), sub(r, p));
+        dot(n, p) * dot(n, sub(p, s)) > 1e-12
+    };
+    side(a, b, c, d) && side(b, c, d, a) && side(c, d, a, b) && side(d, a, b, c)
+}
+
+/// The shortest vector among the triangles of up to four points, and the corners of the triangle that has it.
+fn shortest(points: &[[f64; 3]]) -> ([f64; 3], Vec<[f64; 3]>) {
+    let mut best = (points[0], vec![points[0]]);
+    let mut offer = |v: [f64; 3], corners: &[[f64; 3]]| {
+        if dot(v, v) < dot(best.0, best.0) {
+            best = (v, corners.to_vec());
+        }
+    };
+    for (i, &a) in points.iter().enumerate() {
+        offer(a, &[a]);
+        for (j, &b) in points[..i].iter().enumerate() {
+            offer(closest_on_segment(a, b), &[a, b]);
+            for &c in &points[..j] {
+                offer(closest_on_triangle([0.0; 3], [a, b, c]), &[a, b, c]);
+            }
+        }
+    }
+    best
+}

@@ -80,7 +80,8 @@ fn across(
         let gap = |f: &usize| distance(dual.centroid[*f], hit);
         let g = children.min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
         let q = patches.of_face[g];
-        let facing = dot(dual.normal[g], ways[p]) > OPPOSED;
+        // from the far side too: below a pin the ray runs across the plate and along the pin
+        let facing = dot(dual.normal[g], ways[p]) > OPPOSED && met[p].distance <= ACROSS * width[q as usize];
         (facing && q != p as u32).then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
     };
     Ok((0..points.len()).into_par_iter().filter_map(opposite).collect())

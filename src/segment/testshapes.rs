@@ -211,8 +211,8 @@ fn settle(mut p: Vec3, parts: &[(u32, Vec<Side>)], cell: f64) -> Vec3 {
         .flat_map(|(_, part)| part.iter().filter(|g| g(p).abs() < reach))
         .collect();
     for _ in 0..8 {
-        // (JᵀJ + ε) δ = -Jᵀ g, solved by Cramer's rule
-        let mut m = [[1e-9, 0.0, 0.0], [0.0, 1e-9, 0.0], [0.0, 0.0, 1e-9]];
+        // (JᵀJ + ε) δ = -Jᵀ g, ε well above rounding, solved by Cramer's rule
+        let mut m = [[1e-4, 0.0, 0.0], [0.0, 1e-4, 0.0], [0.0, 0.0, 1e-4]];
         let mut right = [0.0; 3];
         for g in &active {
             let h = 1e-5 * cell;

@@ -554,7 +554,7 @@ typedef struct ar_compute_options {
   /// D1: m in the time step t = m * h^2 of the heat method, h the mean edge length; 1e-3 to 1e6; 0 = 1.
   double time_factor;
   /// D1: with AR_D1_CERTIFIED the relative gap between the bounds at which a vertex counts as known, 1e-6 to 1;
-  /// 0 = 0.05. Most values are far closer than the gap.
+  /// 0 = 0.05, with AR_PROFILE_PAPER 0.02. Most values are far closer than the gap.
   double d1_tolerance;
 } ar_compute_options;
 

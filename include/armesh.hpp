@@ -243,7 +243,7 @@ struct compute_options : run_options {
   /// m in the time step m * h^2 of the heat method; 0 = 1.
   double time_factor = 0.0;
   armesh::d1_method d1_method = armesh::d1_method::certified;
-  /// With d1_method::certified: the relative gap at which D1 of a vertex counts as known; 0 = 0.05.
+  /// With d1_method::certified: the relative gap at which D1 of a vertex counts as known; 0 = 0.05, paper 0.02.
   double d1_tolerance = 0.0;
 };
 

@@ -101,6 +101,7 @@ std::string worst(const std::vector<Place> &places) {
 
 std::string to_json(const Report &r) {
     const std::string options = Block('{', '}', 1)
+                                    .field("profile", json_string(r.args.paper ? "paper" : "print"))
                                     .field("rays", number(std::uint64_t{r.rays}))
                                     .field("cone_degrees", number(r.cone_degrees))
                                     .done();

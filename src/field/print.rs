@@ -3,9 +3,7 @@
 use super::{Options, Reach};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::exact::SurfacePoint;
-use crate::geodesic::{
-    DistanceFields, Eccentricity, ExactFields, HeatOptions, HeatSolver, Targets, eccentricity,
-};
+use crate::geodesic::{DistanceFields, Eccentricity, ExactFields, HeatOptions, HeatSolver, Targets, eccentricity};
 use crate::job::{Job, Stage};
 use crate::mesh::corners::shape_corners;
 use crate::mesh::measure::{Vec3, add, area_vector, corners, cross, dot, scale, sub};
@@ -93,12 +91,7 @@ fn exact_lengths(
     Ok((d1, reach))
 }
 
-fn heat_lengths(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
-    options: &Options,
-    job: &Job,
-) -> Result<(Eccentricity, Reach)> {
+fn heat_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<(Eccentricity, Reach)> {
     job.begin(Stage::Surface, 0.35, 0.4, 1)?;
     let surface = AnalysisSurface::refine(mesh.positions(), triangles, &SurfaceOptions::default(), job)?;
     let intrinsic = surface.intrinsic(job)?;

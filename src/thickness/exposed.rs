@@ -19,7 +19,7 @@ const GENERIC: [[f64; 3]; 5] = [
     [-0.6113, 0.7549, 0.2371],
     [0.3347, -0.7027, 0.6277],
     [0.8419, 0.1723, -0.5119],
-    [0.1931, 0.5879, -0.7853],
+    [0.1931, 0.5879, -0.7851],
 ];
 
 /// What is left of a face.
@@ -327,7 +327,11 @@ fn cut(polygon: Vec<[f64; 3]>, g: [[f64; 3]; 3], out: &mut Vec<Vec<[f64; 3]>>) {
             below.push(p);
             seam.push(p);
         } else {
-            if h[i] > 0.0 { above.push(p) } else { below.push(p) }
+            if h[i] > 0.0 {
+                above.push(p)
+            } else {
+                below.push(p)
+            }
             if h[i] * h[j] < 0.0 && h[j].abs() > SAME_SURFACE {
                 let x = along(p, h[i] / (h[i] - h[j]), sub(q, p));
                 above.push(x);
@@ -337,7 +341,8 @@ fn cut(polygon: Vec<[f64; 3]>, g: [[f64; 3]; 3], out: &mut Vec<Vec<[f64; 3]>>) {
         }
     }
     let beyond = (0..3).any(|a| {
-        let range = |v: &[[f64; 3]]| v.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[a]), h.max(p[a])));
+        let range =
+            |v: &[[f64; 3]]| v.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[a]), h.max(p[a])));
         let (s, t) = (range(&seam), range(&g));
         s.0 > t.1 + SAME_SURFACE || t.0 > s.1 + SAME_SURFACE
     });

@@ -29,7 +29,7 @@ const CHUNK: usize = 64;
 /// # Errors
 /// [`Error::Argument`] unless 1 <= `rays` <= 4096 and 0 < `angle` < pi; [`Error::NoMemory`], [`Error::Cancelled`].
 pub fn sdf_values(mesh: &RayMesh, rays: usize, angle: f64, job: &Job) -> Result<Vec<f64>> {
-    if !(1..=4096).contains(&rays) || !(angle > 0.0 && angle < PI) {
+    if !((1..=4096).contains(&rays) && angle > 0.0 && angle < PI) {
         return Err(Error::Argument(format!("{rays} rays in a cone of {angle}: not 1..4096, or not between 0 and pi")));
     }
     let directions = vogel_cone(rays, angle);

@@ -138,15 +138,6 @@ pub fn round(d: f64, n: usize) -> Vec<[f64; 2]> {
     (0..n).map(|k| [r * angle(k).cos(), r * angle(k).sin()]).collect()
 }
 
-/// Both shapes in one mesh.
-pub fn union(a: Shape, b: Shape) -> Shape {
-    let (mut p, mut t) = a;
-    let base = p.len() as u32;
-    p.extend(b.0);
-    t.extend(b.1.iter().map(|t| t.map(|v| v + base)));
-    (p, t)
-}
-
 /// Every point moved by `f`.
 pub fn mapped(mut shape: Shape, f: impl Fn([f64; 3]) -> [f64; 3]) -> Shape {
     for p in &mut shape.0 {

@@ -20,9 +20,9 @@
 //! surface is, not on how it is cut into triangles.
 
 use super::bvh::{RayMesh, SAME_SURFACE, dot, sub};
+use super::contact::{Contact, Contacts};
 use super::exposed::Exposed;
 use super::lanes::{Lanes, Work, with_best};
-use super::contact::{Contact, Contacts};
 use super::nearest::Growth;
 use super::tree::Stack;
 use crate::error::{Error, Result, try_filled, try_vec};

@@ -16,6 +16,8 @@ use rayon::prelude::*;
 
 /// Relative gap to which D1 of a segment's vertices is certified.
 const TOLERANCE: f64 = 0.05;
+/// Places where the width of a segment is measured: at least, and for the whole part.
+const PLACES: (usize, usize) = (40, 6000);
 /// Vertices that the surface of a segment is refined to: at least, and for the whole part.
 const VERTICES: (usize, usize) = (1500, 8000);
 
@@ -211,32 +213,45 @@ fn widths(
 ) -> Result<()> {
     let wanted = SurfaceOptions { target_vertices: options.surface_vertices, ..SurfaceOptions::default() };
     let surface = AnalysisSurface::refine(mesh.positions(), triangles, &wanted, job)?;
-    let mut points = try_vec(surface.triangles.len(), "widths of segments")?;
-    let mut weights = try_vec(surface.triangles.len(), "widths of segments")?;
-    for &t in &surface.triangles {
-        let [a, b, c] = corners(&surface.positions, t);
-        points.push(scale(add(add(a, b), c), 1.0 / 3.0));
-        weights.push(area([a, b, c]));
-    }
-    job.begin(Stage::Thickness, 0.5, 0.7, 2 * points.len() as u64)?;
-    let walls = WallMesh::new(mesh.positions(), triangles, job)?.point_widths(&points, &surface.parent_face, job)?;
-    // from the sphere's centre straight away from the point to the wall that holds it
-    let ways: Vec<Vec3> = walls.centre.iter().zip(&points).map(|(c, p)| sub(*c, *p)).collect();
-    let met = first_met(rays, &walls.centre, &ways, None, job)?;
-    drop(ways);
-    out.par_iter_mut().zip(members).enumerate().for_each(|(k, (segment, faces))| {
-        let mut samples: Vec<Sample> = Vec::new();
+    let total: f64 = out.iter().map(|s| s.area).sum();
+    // --- places spread evenly over each segment
+    let mut first = try_vec(members.len() + 1, "widths of segments")?;
+    let (mut points, mut parents, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+    for (segment, faces) in out.iter().zip(members) {
+        first.push(points.len());
+        let wanted = PLACES.0 + (PLACES.1 as f64 * segment.area / total.max(f64::MIN_POSITIVE)) as usize;
+        let every = segment.area / wanted as f64;
+        let mut passed = 0.5 * every;
         for child in faces.iter().flat_map(|&f| surface.children(f as usize)) {
-            if walls.width[child].is_finite() && weights[child] > 0.0 {
-                let own = label.get(met[child].face as usize) == Some(&(k as u32));
-                samples.push(Sample { width: walls.width[child], area: weights[child], at: child as u32, own });
+            let [a, b, c] = corners(&surface.positions, surface.triangles[child]);
+            passed += area([a, b, c]);
+            if passed >= every && every > 0.0 {
+                let times = (passed / every).floor();
+                passed -= times * every;
+                points.push(scale(add(add(a, b), c), 1.0 / 3.0));
+                parents.push(surface.parent_face[child]);
+                weights.push(times * every);
             }
         }
+    }
+    first.push(points.len());
+    drop(surface);
+    // --- their widths, and from the sphere's centre straight away from the point to the wall that holds it
+    job.begin(Stage::Thickness, 0.5, 0.7, 2 * points.len() as u64)?;
+    let walls = WallMesh::new(mesh.positions(), triangles, job)?.point_widths(&points, &parents, job)?;
+    let ways: Vec<Vec3> = walls.centre.iter().zip(&points).map(|(c, p)| sub(*c, *p)).collect();
+    let met = first_met(rays, &walls.centre, &ways, None, job)?;
+    for (k, segment) in out.iter_mut().enumerate() {
+        let of = |i: usize| {
+            let own = label.get(met[i].face as usize) == Some(&(k as u32));
+            Sample { width: walls.width[i], area: weights[i], at: i as u32, own }
+        };
+        let mut samples: Vec<Sample> = (first[k]..first[k + 1]).map(of).filter(|s| s.width.is_finite()).collect();
         if samples.iter().any(|s| s.own) {
             samples.retain(|s| s.own);
         }
         spread(segment, samples, &points);
-    });
+    }
     Ok(())
 }
 

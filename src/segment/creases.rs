@@ -1,8 +1,9 @@
 //! Creases that are rounded: a fillet turns as much as the sharp edge that it replaces, in many small steps.
 //!
-//! From the middle of every edge that turns a little into a concave, a straight line is walked over the surface to both
-//! sides, and what it turns on its way is added up. A fillet turns within a short stretch and is flat beyond; a bore turns
-//! on and on, and is no crease.
+//! From the middle of every edge that does not turn by a right angle at once, a straight line is walked over the surface to
+//! both sides, and what it turns on its way is added up. A fillet, or a chamfer, turns within a short stretch and is flat
+//! beyond; a bore turns on and on, and is no crease. The whole turn of a fillet is given to the edge in its middle, and
+//! none to the others, so that there is one place to cut.
 
 use super::dual::Dual;
 use crate::error::{Result, try_filled};
@@ -13,8 +14,15 @@ use rayon::prelude::*;
 
 /// Turns below this are flat (radians).
 const FLAT: f64 = 0.01;
-/// Turns above this, about 30 degrees, are edges by themselves: they are not added to, and no walk crosses them.
-const SHARP: f64 = 0.52;
+/// Turns above this, 57 degrees, are edges by themselves: they are not added to, and no walk crosses them.
+const SHARP: f64 = 1.0;
+/// From this turn on, 30 degrees, an edge belongs to a fillet or chamfer only if it is nearly parallel to the others: other
+/// edges come near each other where features meet.
+const COARSE: f64 = 0.52;
+/// Least cosine of the angle between a walk and the normal of a coarse edge.
+const PARALLEL: f64 = 0.95;
+/// Which of two equal edges in the middle counts is decided by this direction.
+const GENERIC: Vec3 = [0.537_721, 0.833_907, 0.124_889];
 /// Turns below this that belong to no fillet count as flat.
 const ROUGH: f64 = 0.12;
 /// Share of a fillet's turn that may go the other way or lie beyond its ends.
@@ -33,7 +41,7 @@ pub struct Walker<'a> {
 }
 
 /// Gives the step in the middle of every fillet that turns within `reach` (model units) of it the turn of the whole
-/// fillet.
+/// fillet, the other steps of the fillet none, and steps that turn little and belong to no fillet none either.
 ///
 /// # Errors
 /// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
@@ -60,12 +68,16 @@ pub fn gather(dual: &mut Dual, walker: &Walker<'_>, reach: f64, job: &Job) -> Re
             let own = turn_of_edge[e as usize];
             let walks = [0, 1].map(|k| walker.walk(walker.topology.halfedges(e)[k], &turn_of_edge, reach));
             let whole = own + walks[0].near + walks[1].near;
-            // the edge where half of the turning is done
-            let middle = (walks[0].near - walks[1].near).abs() <= own * (1.0 + 1e-6);
+            // the edge where half of the turning is done; where that is between two, one of them
+            let lean = walks[0].near - walks[1].near;
+            let tie = (lean.abs() - own).abs() <= 1e-3 * own;
+            let towards = walks[usize::from(lean < 0.0)].way;
+            let middle = if tie { dot(towards, GENERIC) > 0.0 } else { lean.abs() < own };
             // a fillet turns one way only, and ends: rough surfaces and bores do not
             let back = walks[0].back + walks[1].back;
             let beyond = walks[0].beyond + walks[1].beyond;
-            Ok((middle && back <= STRAY * whole && beyond <= STRAY * whole && whole > own).then_some(whole))
+            let fillet = back <= STRAY * whole && beyond <= STRAY * whole && whole > own * (1.0 + 1e-6);
+            Ok(fillet.then_some(if middle { whole } else { 0.0 }))
         })
         .collect::<Result<_>>()?;
     for ((_, s), whole) in pairs.iter().zip(gathered) {
@@ -85,6 +97,8 @@ struct Walk {
     back: f64,
     /// Concave, from there to twice the reach.
     beyond: f64,
+    /// Unit vector in which it sets out.
+    way: Vec3,
 }
 
 impl Walker<'_> {
@@ -94,7 +108,7 @@ impl Walker<'_> {
         let (a, b) = self.ends(h);
         let mut at = scale(add(a, b), 0.5);
         let Some(mut way) = self.inward(h) else { return Walk::default() };
-        let (mut sum, mut walked) = (Walk::default(), 0.0);
+        let (mut sum, mut walked) = (Walk { way, ..Walk::default() }, 0.0);
         for _ in 0..CROSSINGS {
             let Some((exit, point, length)) = self.leave(h, at, way) else { break };
             walked += length;
@@ -113,6 +127,9 @@ impl Walker<'_> {
             let along = scale(along, 1.0 / norm(along).max(f64::MIN_POSITIVE));
             // only as much of the turn as the line runs square to the edge
             let square = (-dot(way, out)).clamp(0.0, 1.0);
+            if turn.abs() >= COARSE && square < PARALLEL {
+                break;
+            }
             if walked <= reach {
                 sum.near += square * turn;
                 sum.back += square * (-turn).max(0.0);

@@ -6,8 +6,8 @@ use crate::mesh::NONE;
 use crate::mesh::surface::AnalysisSurface;
 use hashbrown::HashMap;
 
-/// Turning, in radians, at which a border neither joins nor parts what lies on its two sides: 40 degrees.
-pub const NEUTRAL: f64 = 0.7;
+/// Turning, in radians, at which a border neither joins nor parts what lies on its two sides: 32 degrees.
+pub const NEUTRAL: f64 = 0.55;
 
 /// Every input face gets the label that most of its area has; of equals the one met first along the face.
 pub fn vote(surface: &AnalysisSurface, area: &[f64], label: &[u32], faces: usize) -> Result<Vec<u32>> {

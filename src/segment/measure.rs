@@ -14,8 +14,11 @@ use crate::thickness::chords::first_met;
 use crate::thickness::wall::WallMesh;
 use rayon::prelude::*;
 
-/// Relative gap to which D1 of a segment's vertices is certified.
-const TOLERANCE: f64 = 0.05;
+/// Relative gap to which D1 of a segment's vertices is certified: usually, and where the surface has so many vertices that
+/// every source takes its time and memory. The values themselves are far closer, being distances to the farthest point found.
+const TOLERANCE: (f64, f64) = (0.05, 0.25);
+/// Number of vertices that are many.
+const MANY: usize = 60_000;
 /// Places where the width of a segment is measured: at least, and for the whole part.
 const PLACES: (usize, usize) = (40, 6000);
 /// Vertices that the surface of a segment is refined to: at least, and for the whole part.
@@ -288,7 +291,8 @@ fn lengths(
     let solver = HeatSolver::new(&surface.intrinsic(job)?, HeatOptions::default(), job)?;
     let all = try_filled(surface.positions.len(), true, "lengths of segments")?;
     let targets = Targets { ask: &all, far: &all };
-    let mode = Mode::Certified { tolerance: TOLERANCE };
+    let tolerance = if surface.positions.len() > MANY { TOLERANCE.1 } else { TOLERANCE.0 };
+    let mode = Mode::Certified { tolerance };
     let found = eccentricity(&solver, &surface.positions, targets, mode, job)?;
 
     // --- D1max and its ends; several components hang together by corners only: the longest counts

@@ -141,13 +141,7 @@ pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Se
 /// Labels that the method finds, on the input.
 type Labels = Vec<u32>;
 
-fn find(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
-    rays: &RayMesh,
-    options: &SegmentOptions,
-    job: &Job,
-) -> Result<Labels> {
+fn find(mesh: &TriMesh, triangles: &[[u32; 3]], rays: &RayMesh, options: &SegmentOptions, job: &Job) -> Result<Labels> {
     let surface = match options.method {
         Method::Paper => AnalysisSurface::unrefined(mesh.positions(), triangles)?,
         _ => {

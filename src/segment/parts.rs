@@ -58,12 +58,7 @@ pub fn by_creases(
 
 /// Pairs of patches on opposite sides of one wall, which attract each other as a flat border as long as the patch is wide would:
 /// the floor of a cup belongs to its bottom, the bore of a pipe to its outside.
-fn across(
-    scene: &Scene<'_>,
-    surface: &AnalysisSurface,
-    patches: &Patches,
-    job: &Job,
-) -> Result<Vec<([u32; 2], f64)>> {
+fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: &Job) -> Result<Vec<([u32; 2], f64)>> {
     let dual = scene.dual;
     let points: Vec<Vec3> = patches.seed.iter().map(|&f| dual.centroid[f as usize]).collect();
     let ways: Vec<Vec3> = patches.seed.iter().map(|&f| scale(dual.normal[f as usize], -1.0)).collect();
@@ -82,7 +77,8 @@ fn across(
         let q = patches.of_face[g];
         // from the far side too: below a pin the ray runs across the plate and along the pin
         let facing = dot(dual.normal[g], ways[p]) > OPPOSED && met[p].distance <= ACROSS * width[q as usize];
-        (facing && q != p as u32).then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
+        (facing && q != p as u32)
+            .then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
     };
     Ok((0..points.len()).into_par_iter().filter_map(opposite).collect())
 }

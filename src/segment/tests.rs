@@ -1,6 +1,4 @@
-use super::testshapes::{
-    Composite, adjusted_rand, composites, cross_of_tubes, dumbbell, mug, plate_with_pins, t_beam,
-};
+use super::testshapes::{Composite, adjusted_rand, composites, cross_of_tubes, dumbbell, mug, plate_with_pins, t_beam};
 use super::*;
 use crate::job::CancelToken;
 use crate::mesh::measure::scale;
@@ -155,7 +153,7 @@ fn measures_of_a_plate_with_pins() {
         let radius = 2.0 + 0.3 * (5 - k) as f64;
         assert_eq!(pin.neighbours, [0]);
         assert!((pin.area / (PI * radius * (radius + 30.0)) - 1.0).abs() < 0.05, "{pin:?}");
-        assert!((pin.boundary_length / (2.0 * PI * radius) - 1.0).abs() < 0.2, "{pin:?}");
+        assert!((pin.boundary_length / (2.0 * PI * radius) - 1.0).abs() < 0.25, "{pin:?}");
         assert!((pin.d2_median / (2.0 * radius) - 1.0).abs() < 0.05, "{pin:?}");
         // from the foot over the top to the foot on the other side, or around: at least the height and the radius
         assert!(

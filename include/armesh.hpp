@@ -247,13 +247,31 @@ struct compute_options : run_options {
   double d1_tolerance = 0.0;
 };
 
+/// How segment() finds the parts; AR_SEGMENT_* in armesh.h.
+enum class segment_method : std::uint32_t {
+  creases = AR_SEGMENT_CREASES,
+  paper = AR_SEGMENT_PAPER,
+  landmarks = AR_SEGMENT_LANDMARKS
+};
+
+/// What segment() does; zero means the default documented at ar_segment_options.
+struct segment_options : run_options {
+  segment_method method = segment_method::creases;
+  /// Number of segments; 0 = automatic.
+  std::uint32_t count = 0;
+  /// AR_CRITERION_*.
+  std::uint32_t criterion = AR_CRITERION_CREASES;
+  double min_area = 0;
+  double alpha = 0, beta = 0, gamma = 0, epsilon = 0;
+};
+
 /// A distribution: share[k] of the vertices have edges[k] <= value < edges[k + 1].
 struct histogram {
   std::vector<double> edges;
   std::vector<double> share;
 };
 
-/// A checked, welded triangle mesh and the results of the latest successful compute().
+/// A checked, welded triangle mesh and the results of the latest successful compute() and segment().
 class mesh {
 public:
   /// From flat arrays of your own: x, y, z (float or double) and three indices a face (32 bits, signed or not), both a
@@ -296,6 +314,47 @@ public:
   /// Computes D1, D2 and ratio of every vertex, which the functions below return.
   void compute(const compute_options &options = {}) {
     run(options, [&](const ar_compute_options *how, ar_error *e) { return ar_compute(handle_.get(), how, e); });
+  }
+
+  /// Partitions the mesh into segments and measures them. Needs no compute().
+  void segment(const segment_options &options = {}) {
+    detail::bridge bridge{&options.progress, nullptr};
+    ar_segment_options how;
+    ar_segment_options_init(&how);
+    set_run(how, options, bridge);
+    how.method = static_cast<std::uint32_t>(options.method);
+    how.count = options.count;
+    how.criterion = options.criterion;
+    how.min_area = options.min_area;
+    how.alpha = options.alpha;
+    how.beta = options.beta;
+    how.gamma = options.gamma;
+    how.epsilon = options.epsilon;
+    detail::outcome o;
+    const ar_status status = ar_segment(handle_.get(), &how, o);
+    bridge.check(o, status);
+  }
+  /// Segment of every face, from 0 by falling area; UINT32_MAX for faces that take no part. After segment().
+  std::vector<std::uint32_t> face_segment() const { return copy<std::uint32_t, std::uint32_t>(ar_get_face_segment); }
+  /// The segments. After segment().
+  std::vector<ar_segment_info> segments() const {
+    std::vector<ar_segment_info> out(count<ar_segment_info>(ar_get_segments));
+    if (!out.empty()) {
+      ar_segment_info_init(out.data());
+      detail::outcome o;
+      o.check(ar_get_segments(handle_.get(), out.data(), out.size(), nullptr, o));
+    }
+    return out;
+  }
+  /// The segments that share an edge with one, ascending.
+  std::vector<std::uint32_t> segment_neighbours(std::uint32_t segment) const {
+    std::size_t n = 0;
+    detail::outcome o;
+    o.check(ar_get_segment_neighbours(handle_.get(), segment, nullptr, 0, &n, o));
+    std::vector<std::uint32_t> out(n);
+    detail::outcome again;
+    again.check(ar_get_segment_neighbours(handle_.get(), segment, out.data(), n, nullptr, again));
+    return out;
   }
 
   /// What is wrong with the mesh and where, and how big it is. Needs no compute().

@@ -10,6 +10,8 @@ pub mod diagnostics;
 pub mod input;
 pub mod intrinsic;
 pub mod measure;
+pub mod proxy;
+pub mod simplify;
 pub mod surface;
 pub mod topology;
 

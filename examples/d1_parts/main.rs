@@ -65,7 +65,11 @@ fn measure(part: &Path, options: &Options, totals: &mut Totals) -> Result<(), Fa
     let name = part.file_stem().unwrap_or_default().to_string_lossy();
     let [d1, d2] = [Stage::Geodesic, Stage::Thickness].map(|s| f.seconds[s as usize]);
     let d1 = d1 + f.seconds[Stage::Factor as usize] + f.seconds[Stage::Surface as usize];
-    print!("{name:40.40} {:6} faces {:4} solves gap {gap:.3} D1 {d1:5.2} s D2 {d2:5.2} s", mesh.triangles().len(), f.solves);
+    print!(
+        "{name:40.40} {:6} faces {:4} solves gap {gap:.3} D1 {d1:5.2} s D2 {d2:5.2} s",
+        mesh.triangles().len(),
+        f.solves
+    );
     totals.seconds.push(seconds);
     let (mut worst, mut held) = (0.0f64, 0);
     let rows = reference(part).unwrap_or_default();
@@ -111,7 +115,13 @@ fn main() -> Result<(), Failure> {
     let sum: f64 = s.iter().sum();
     println!(
         "largest error a part: median {:.4} p90 {:.4} worst {:.4}; seconds median {:.2} worst {:.2} total {sum:.1}; bounds hold {} of {}",
-        percentile(e, 0.5), percentile(e, 0.9), percentile(e, 1.0), percentile(s, 0.5), percentile(s, 1.0), totals.held, totals.rows
+        percentile(e, 0.5),
+        percentile(e, 0.9),
+        percentile(e, 1.0),
+        percentile(s, 0.5),
+        percentile(s, 1.0),
+        totals.held,
+        totals.rows
     );
     Ok(())
 }

@@ -140,3 +140,58 @@ pub(super) fn heat_error<S: DistanceFields>(
         Err(e) => Err(e),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Options, Profile, compute};
+    use crate::geodesic::Mode;
+    use crate::job::CancelToken;
+    use crate::mesh::MeshOptions;
+    use crate::mesh::shapes::{Shape, grid_box, icosphere, split_in_four, translated, union};
+
+    fn field(shape: Shape, options: &Options) -> Field {
+        let job = Job::new(0, None, CancelToken::default());
+        let mesh = TriMesh::new(&(&shape.0[..], &shape.1[..]), &MeshOptions::default(), &job).unwrap();
+        job.run(None, || compute(&mesh, options, &job)).unwrap()
+    }
+
+    #[test]
+    fn a_box_of_few_corners_is_known_exactly() {
+        let f = field(grid_box([4.0, 2.0, 1.0], [8, 4, 2]), &Options::default());
+        assert_eq!(f.accuracy.method, Method::Exact);
+        assert!(f.accuracy.error < 1e-3 && f.solves == 8, "{:?}", f.accuracy);
+        // along the top and over one edge: the longest corner to corner path is the least of the three unfoldings
+        let exact = (16f64 + 9.0).sqrt();
+        assert!(f.d1.iter().all(|d| *d <= exact * 1.002));
+        assert!((f.d1[0] / exact - 1.0).abs() < 2e-3, "{} {exact}", f.d1[0]);
+    }
+
+    #[test]
+    fn a_large_sphere_is_right_within_what_it_says() {
+        let (p, t) = icosphere(5);
+        let shape = split_in_four(&p, &t);
+        let f = field(shape, &Options { d1: Mode::Certified { tolerance: 0.2 }, ..Options::default() });
+        assert_eq!(f.accuracy.method, Method::ExactOnProxy);
+        assert!(f.accuracy.faces < 20_000 && f.accuracy.distance_error < 0.0106, "{:?}", f.accuracy);
+        let worst = f.d1.iter().map(|d| (d / std::f64::consts::PI - 1.0).abs()).fold(0.0, f64::max);
+        assert!(worst <= f.accuracy.gap && worst <= f.accuracy.error + 0.02, "{worst} {:?}", f.accuracy);
+        let holds = |v: usize| f.d1_bounds.0[v] <= 3.1416 && 3.1400 <= f.d1_bounds.1[v];
+        assert!((0..f.d1.len()).filter(|v| holds(*v)).count() * 100 >= 99 * f.d1.len());
+    }
+
+    #[test]
+    fn heat_distances_are_compared_with_exact_ones() {
+        let f = field(icosphere(3), &Options { profile: Profile::Paper, ..Options::default() });
+        assert!(f.accuracy.method == Method::Heat && f.accuracy.error > 1e-3 && f.accuracy.error < 0.1);
+    }
+
+    #[test]
+    fn shells_without_a_wall_are_counted() {
+        let sheet = (vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
+        let sheet = (translated(sheet.0, [50.0, 0.0, 0.0]), sheet.1);
+        let f = field(union(&[grid_box([1.0; 3], [1; 3]), sheet]), &Options::default());
+        assert_eq!(f.accuracy.open_shells, (1, 12), "{:?}", f.accuracy);
+        assert_eq!(f.accuracy.flat_shells, (0, NONE));
+    }
+}

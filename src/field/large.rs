@@ -7,10 +7,10 @@ use super::print::{Lengths, MOST_DISTORTION, barycentric, far_ends, measure, sta
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::{Eccentricity, ExactFields};
 use crate::job::{Job, Stage};
+use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, corners};
 use crate::mesh::proxy::{Place, Proxy, places};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
-use crate::mesh::NONE;
 use rayon::prelude::*;
 
 /// The mesh is first taken down to this many faces, on which a few fields tell how right the others are.
@@ -20,9 +20,9 @@ const REFERENCE_LIMIT: usize = 60_000;
 /// Distance of the reference from the part, as a share of the part's size: the first that is coarse enough is taken.
 const REFERENCE_SHARES: [f64; 3] = [2e-4, 1e-3, 5e-3];
 /// Faces at least and distance of the mesh that stands in for the reference.
-const PROXIES: [(usize, f64); 3] = [(1_000, 1e-3), (3_000, 2.5e-4), (REFERENCE_FACES, 0.0)];
+const PROXIES: [(usize, f64); 4] = [(500, 2e-3), (1_000, 1e-3), (3_000, 2.5e-4), (REFERENCE_FACES, 0.0)];
 /// Points that D1 is solved for at.
-const POINTS: usize = 12_000;
+const POINTS: usize = 4_000;
 
 /// D1 of every vertex and the longest way across.
 ///
@@ -38,8 +38,8 @@ pub(super) fn lengths(positions: &[Vec3], triangles: &[[u32; 3]], options: &Opti
     for (faces, share) in PROXIES {
         let proxy = stand_in(&reference.positions, &reference.triangles, faces, share, job)?;
         let error = {
-            let places =
-                places(&reference.positions, &proxy.onto, &proxy.positions, &proxy.triangles, job)?;
+            let from = (&reference.positions[..], &reference.triangles[..]);
+            let places = places(from, &proxy.onto, (&proxy.positions, &proxy.triangles), job)?;
             let component = reference_components(&reference)?;
             let on_proxy = ExactFields::on_proxy(&proxy, &places, component.0, component.1)?;
             distortion(&truth, &pair(&on_proxy, sources, job)?, 0.0)
@@ -50,7 +50,7 @@ pub(super) fn lengths(positions: &[Vec3], triangles: &[[u32; 3]], options: &Opti
                 onto: reference.onto.iter().map(|&v| if v == NONE { NONE } else { proxy.onto[v as usize] }).collect(),
                 ..proxy
             };
-            return solve(positions, &proxy, error, options, job);
+            return solve((positions, triangles), &proxy, error, options, job);
         }
     }
     Err(Error::Numeric("the mesh does not simplify".into()))
@@ -74,7 +74,13 @@ fn reference_components(reference: &Proxy) -> Result<(Vec<u32>, usize)> {
 }
 
 /// D1 of `positions` by way of points on `proxy`.
-fn solve(positions: &[Vec3], proxy: &Proxy, error: f64, options: &Options, job: &Job) -> Result<Lengths> {
+fn solve(
+    (positions, triangles): (&[Vec3], &[[u32; 3]]),
+    proxy: &Proxy,
+    error: f64,
+    options: &Options,
+    job: &Job,
+) -> Result<Lengths> {
     // --- points: the proxy's vertices and others between them
     let spread = SurfaceOptions { target_vertices: POINTS, max_added: 2 * POINTS, ..SurfaceOptions::default() };
     let surface = AnalysisSurface::refine(&proxy.positions, &proxy.triangles, &spread, job)?;
@@ -106,18 +112,13 @@ fn solve(positions: &[Vec3], proxy: &Proxy, error: f64, options: &Options, job: 
 
     // --- and of the vertices
     job.begin(Stage::Geodesic, 0.97, 1.0, 1)?;
-    let places = places(positions, &proxy.onto, &surface.positions, &surface.triangles, job)?;
+    let places = places((positions, triangles), &proxy.onto, (&surface.positions, &surface.triangles), job)?;
     let d1 = interpolate(&found.d1, &surface, proxy, &places)?;
     Ok(Lengths { d1, ..found })
 }
 
 /// Values at places of the surface; the far end is that of the nearest corner.
-fn interpolate(
-    d1: &Eccentricity,
-    surface: &AnalysisSurface,
-    proxy: &Proxy,
-    places: &[Place],
-) -> Result<Eccentricity> {
+fn interpolate(d1: &Eccentricity, surface: &AnalysisSurface, proxy: &Proxy, places: &[Place]) -> Result<Eccentricity> {
     let between = |values: &[f64]| -> Result<Vec<f64>> {
         let mut out = try_filled(places.len(), f64::NAN, "the field")?;
         out.par_iter_mut().zip(places).filter(|(_, p)| p.face != NONE).for_each(|(out, p)| {

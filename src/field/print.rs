@@ -77,7 +77,7 @@ fn exact_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job:
     if matches!(options.d1, Mode::Certified { .. }) && fields.windows_per_field() > DEAR {
         for (faces, share) in PROXIES {
             let proxy = stand_in(positions, triangles, faces, share, job)?;
-            let places = places(positions, &proxy.onto, &proxy.positions, &proxy.triangles, job)?;
+            let places = places((positions, triangles), &proxy.onto, (&proxy.positions, &proxy.triangles), job)?;
             let (component, components) = fields.components();
             let mut on_proxy = ExactFields::on_proxy(&proxy, &places, component.to_vec(), components)?;
             let error = distortion(&truth, &pair(&on_proxy, sources, job)?, 0.0);
@@ -98,7 +98,7 @@ pub(super) const MOST_DISTORTION: f64 = 0.01;
 
 /// Faces that a mesh that stands in has at least, and its distance from the part as a share of the part's size: tried in
 /// this order.
-const PROXIES: [(usize, f64); 2] = [(1_000, 1e-3), (3_000, 2.5e-4)];
+const PROXIES: [(usize, f64); 3] = [(1_000, 1e-3), (2_000, 1e-3), (4_000, 2.5e-4)];
 
 /// The mesh with few faces, at least `faces`, within `share` of its size of where it was.
 pub(super) fn stand_in(

@@ -223,7 +223,16 @@ impl Eccentricity {
         let nan = || try_filled(n, f64::NAN, "eccentricities");
         let farthest = try_filled(n, NONE, "eccentricities")?;
         let longest = vec![(0.0, [NONE; 2]); solver.component_count()];
-        Ok(Eccentricity { distance: nan()?, lower: nan()?, upper: nan()?, farthest, solves: 0, slack: 0.0, missed: 0.0, longest })
+        Ok(Eccentricity {
+            distance: nan()?,
+            lower: nan()?,
+            upper: nan()?,
+            farthest,
+            solves: 0,
+            slack: 0.0,
+            missed: 0.0,
+            longest,
+        })
     }
 
     fn lengthen(&mut self, component: usize, source: u32, end: (u32, f64)) {
@@ -275,7 +284,7 @@ struct Front {
 }
 
 /// Share of the tolerance that is aimed at: what is padded later has room in the rest.
-const AIM: f64 = 0.8;
+const AIM: f64 = 0.9;
 
 /// The relative gap that is aimed at while there is effort to spare.
 const FINE: f64 = 0.01;

@@ -8,8 +8,8 @@
 //! The topology stays: an edge collapses only if its ends have no neighbours in common but the apexes of its triangles
 //! (Dey et al. 1999), a boundary vertex moves along the boundary, one with non-manifold surroundings not at all.
 
-use super::measure::{Vec3, add, area_vector, bounding_box, corners, cross, distance, dot, norm, scale, sub};
 use super::NONE;
+use super::measure::{Vec3, add, area_vector, bounding_box, corners, cross, distance, dot, norm, scale, sub};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
@@ -249,8 +249,11 @@ impl Work {
             cost.is_finite().then_some(((cost as f32).to_bits(), from, to))
         };
         let all = |t: &[u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
-        let mut edges: Vec<(u32, u32, u32)> =
-            self.triangles.par_iter().flat_map_iter(|t| all(t).into_iter().filter_map(|(a, b)| candidate(a, b))).collect();
+        let mut edges: Vec<(u32, u32, u32)> = self
+            .triangles
+            .par_iter()
+            .flat_map_iter(|t| all(t).into_iter().filter_map(|(a, b)| candidate(a, b)))
+            .collect();
         // the cheapest that it can take, and some for those that turn out not to be possible
         let some = excess.max(edges.len() / 2);
         if some < edges.len() {

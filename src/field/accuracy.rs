@@ -144,7 +144,7 @@ pub(super) fn heat_error<S: DistanceFields>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Options, Profile, compute};
+    use crate::field::{D2Method, Options, Profile, compute};
     use crate::geodesic::Mode;
     use crate::job::CancelToken;
     use crate::mesh::MeshOptions;
@@ -171,7 +171,10 @@ mod tests {
     fn a_large_sphere_is_right_within_what_it_says() {
         let (p, t) = icosphere(5);
         let shape = split_in_four(&p, &t);
-        let f = field(shape, &Options { d1: Mode::Certified { tolerance: 0.2 }, ..Options::default() });
+        let f = field(
+            shape,
+            &Options { d1: Mode::Certified { tolerance: 0.2 }, d2: D2Method::Inscribed, ..Options::default() },
+        );
         assert_eq!(f.accuracy.method, Method::ExactOnProxy);
         assert!(f.accuracy.faces < 20_000 && f.accuracy.distance_error < 0.0106, "{:?}", f.accuracy);
         let worst = f.d1.iter().map(|d| (d / std::f64::consts::PI - 1.0).abs()).fold(0.0, f64::max);

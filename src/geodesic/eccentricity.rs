@@ -83,8 +83,8 @@ pub struct Eccentricity {
     /// By how much fields contradicted each other or the bounds, at most, as a share of the distance; the bounds are padded
     /// by it.
     pub slack: f64,
-    /// By how much the values last looked at fell short, at most, as a share of the distance: those of the vertices that
-    /// were known least, before a field from them was added.
+    /// By how much values may fall short, as a share of the distance: the widest gap between bounds, times the largest
+    /// share of its gap that a vertex's value rose by when a field from it was added.
     pub missed: f64,
     /// By component, the longest distance in any field, far end or not, and its two vertices.
     pub longest: Vec<(f64, [u32; 2])>,
@@ -322,7 +322,6 @@ fn certified<S: DistanceFields>(
         let columns: Vec<Vec<u32>> =
             (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k).copied()).collect()).collect();
         let fields = solver.for_each_column(&slices(&columns), job, |_, field| field.to_vec())?;
-        state.missed = 0.0;
         for (front, picks) in fronts.iter_mut().zip(&picks) {
             let missed = shortfall(solver, targets, &state, picks, &fields);
             state.missed = state.missed.max(missed);
@@ -336,6 +335,9 @@ fn certified<S: DistanceFields>(
         }
     }
     let (long, short) = solver.error();
+    // what is left of the gaps may hide as much as those hid that were looked into
+    let open = fronts.iter().flat_map(|f| &f.members).map(|&v| state.upper[v as usize] / state.lower[v as usize] - 1.0);
+    state.missed *= open.filter(|g| g.is_finite()).fold(0.0, f64::max);
     for front in &fronts {
         for v in front.members.iter().map(|&v| v as usize) {
             let pad = front.slack * state.distance[v];
@@ -359,8 +361,8 @@ fn reach_anywhere<S: DistanceFields>(solver: &S, anywhere: &mut [f64], field: &[
     }
 }
 
-/// By how much, relatively, the values of new sources fell short of what their own fields say. Source `picks[k]` is in
-/// column k of `fields`.
+/// By how much the values of new sources fell short of what their own fields say, as a share of the gap between their
+/// bounds. Source `picks[k]` is in column k of `fields`.
 fn shortfall<S: DistanceFields>(
     solver: &S,
     targets: Targets<'_>,
@@ -370,7 +372,9 @@ fn shortfall<S: DistanceFields>(
 ) -> f64 {
     let one = |(&s, field): (&u32, &Vec<f64>)| {
         let ecc = farthest(solver, targets.far, field)[solver.component()[s as usize] as usize].far.1;
-        if targets.ask[s as usize] { 1.0 - before.distance[s as usize] / ecc } else { 0.0 }
+        let s = s as usize;
+        let gap = (before.upper[s] - before.lower[s]) / before.lower[s];
+        if targets.ask[s] && gap > 0.0 { (1.0 - before.distance[s] / ecc) / gap } else { 0.0 }
     };
     picks.iter().zip(fields).map(one).fold(0.0, f64::max)
 }

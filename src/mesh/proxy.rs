@@ -196,8 +196,8 @@ mod tests {
         let places =
             places((&shape.0, &shape.1), &small.onto, (&small.positions, &small.triangles), &Job::default()).unwrap();
         for (p, place) in shape.0.iter().zip(&places) {
-            // chords of edges of about 0.24: 0.24^2 / 6 below the sphere at most, somewhat more where they are uneven
-            assert!(distance(*p, on(&small, place)) < 0.025, "{}", distance(*p, on(&small, place)));
+            // edges of about 0.24, up to twice that where they are uneven: 0.48^2 / 6 below the sphere at most
+            assert!(distance(*p, on(&small, place)) < 0.04, "{}", distance(*p, on(&small, place)));
             assert!(norm(*p) > 0.99);
         }
     }

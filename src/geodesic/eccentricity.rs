@@ -342,7 +342,8 @@ fn certified<S: DistanceFields>(
         for v in front.members.iter().map(|&v| v as usize) {
             let pad = front.slack * state.distance[v];
             state.lower[v] = (state.lower[v] - pad - long * state.upper[v]).min(state.distance[v]);
-            state.upper[v] = (anywhere[v] * (1.0 + short) + pad).max(state.distance[v]);
+            // too long by as much a field from the vertex itself may be: it is held, too
+            state.upper[v] = (anywhere[v] * (1.0 + short + long) + pad).max(state.distance[v]);
         }
         state.slack = state.slack.max(front.slack);
     }

@@ -256,7 +256,7 @@ ar_status ar_cancel_token_reset(const ar_cancel_token *token, ar_error *error);
 /// are counted by ar_mesh_get_diagnostics, and their vertices that no sound face uses have no results.
 #define AR_MESH_SKIP_INVALID 1
 
-/// A checked, welded triangle mesh, and the results of the latest successful ar_compute on it.
+/// A checked, welded triangle mesh, and the results of the latest successful ar_compute and ar_segment on it.
 typedef struct ar_mesh ar_mesh;
 
 /// A mesh in the caller's memory, as ar_mesh_new takes it. Read during the call only; nobody may write to the
@@ -496,8 +496,8 @@ ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnosti
 // Compute: fills D1, D2 and their ratio.
 // ==============================================================================================================
 
-/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on large meshes by
-/// heat distances on a refined surface) towards the corners of the shape, D2 the wall width. The default.
+/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on a simplified mesh
+/// where those on the part are dear) towards the corners of the shape, D2 the wall width. The default.
 #define AR_PROFILE_PRINT 0
 
 /// profile: the method as the paper has it, Eqs. 1-13 on the mesh as given. For meshes of good triangles, and for
@@ -573,7 +573,7 @@ static inline ar_status ar_compute_options_init(ar_compute_options *options) {
 ///   Time      D2 takes about O(faces log faces), times rays where it shoots any. D1 takes one distance field a source:
 ///             some dozen to some hundred sources with AR_D1_CERTIFIED, in the worst case (and with
 ///             AR_D1_ALL_VERTICES) one per vertex. A heat distance takes about O(vertices log vertices); an exact one,
-///             in the print profile of meshes of up to 25 000 faces, 2 to 30 ms on most parts.
+///             in the print profile, 2 to 10 ms.
 ///   Memory    about 1.6 kB a vertex.
 ar_status ar_compute(ar_mesh *mesh,
                      const ar_compute_options *options,
@@ -603,6 +603,18 @@ ar_status ar_compute(ar_mesh *mesh,
 
 /// reason: all faces at the vertex have no area.
 #define AR_REASON_DEGENERATE 8
+
+/// method: heat distances on the mesh as given.
+#define AR_METHOD_HEAT 0
+
+/// method: heat distances on the mesh with vertices added.
+#define AR_METHOD_REFINED_HEAT 1
+
+/// method: exact distances on the mesh as given.
+#define AR_METHOD_EXACT 2
+
+/// method: exact distances on a mesh of fewer faces that stands in for it.
+#define AR_METHOD_EXACT_ON_PROXY 3
 
 /// A place on the part.
 typedef struct ar_place {
@@ -653,6 +665,38 @@ typedef struct ar_summary {
   /// Time that each AR_STAGE_* took, seconds, by its number; 0 for a stage that did not run.
   double stage_seconds[8];
 } ar_summary;
+
+/// How right D1 is, and what was left out.
+typedef struct ar_accuracy {
+  /// sizeof(ar_accuracy), set by ar_accuracy_init.
+  uint32_t struct_size;
+  /// AR_METHOD_*: what solved for the distances.
+  uint32_t method;
+  /// Vertices of the surface that they were solved on.
+  uint64_t vertices;
+  /// Its faces.
+  uint64_t faces;
+  /// Its mean edge length, coordinate units.
+  double spacing;
+  /// Estimated relative error of D1, by independent solves: distance_error, and by how much D1 fell short of a field
+  /// from the vertex itself where it was known least. NaN: nothing to compare with.
+  double d1_error;
+  /// How far the distances are off those on the mesh as given (of a very fine one: on one of some ten thousand faces),
+  /// relative to the longest: seen in two fields. Part of d1_error.
+  double distance_error;
+  /// Greatest (upper - lower) / D1 of a vertex, by ar_get_vertex_d1_bounds.
+  double d1_gap;
+  /// Distance fields that were solved for.
+  uint64_t solves;
+  /// Shells of which no face has an area; their vertices have no values.
+  uint64_t flat_shells;
+  /// A face of the first of them, or AR_NONE.
+  uint64_t first_flat_face;
+  /// Other shells of which no vertex has a D2: they are open.
+  uint64_t open_shells;
+  /// A face of the first of them, or AR_NONE.
+  uint64_t first_open_face;
+} ar_accuracy;
 
 /// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units; with
 /// AR_PROFILE_PRINT to a corner of its shape, a vertex in which three planes or more meet, so that D1 does not depend on
@@ -731,6 +775,18 @@ static inline ar_status ar_summary_init(ar_summary *summary) {
 ///   summary   written; prepared by ar_summary_init.
 ar_status ar_get_summary(const ar_mesh *mesh, ar_summary *summary, ar_error *error);
 
+/// Use ar_accuracy_init. Sets the first `struct_size` bytes of `accuracy` to zero and the size.
+ar_status ar_accuracy_init_sized(ar_accuracy *accuracy, uint32_t struct_size);
+
+/// Sets `accuracy` to the defaults of this header's version.
+static inline ar_status ar_accuracy_init(ar_accuracy *accuracy) {
+  return ar_accuracy_init_sized(accuracy, (uint32_t)sizeof *accuracy);
+}
+
+/// How right D1 is, and what was left out.
+///   accuracy   written; prepared by ar_accuracy_init.
+ar_status ar_get_accuracy(const ar_mesh *mesh, ar_accuracy *accuracy, ar_error *error);
+
 /// Probability distribution of a quantity over the welded vertices that have it (the paper's Fig. 12).
 ///   quantity   AR_D1, AR_D2 or AR_RATIO.
 ///   edges      bins + 1 numbers, written: bin k holds edges[k] <= value < edges[k + 1], the last one its upper
@@ -764,6 +820,175 @@ ar_status ar_geodesic_distance(const ar_mesh *mesh,
                                size_t capacity,
                                size_t *count,
                                ar_error *error);
+
+// ==============================================================================================================
+// Segment: partitions a part into features and measures each. Needs no ar_compute and changes none of its results.
+//
+// AR_SEGMENT_CREASES (the default) cuts the surface along concave creases, sharp or rounded, wherever what a cut gains
+// by following creases outweighs the flat surface that it crosses. AR_SEGMENT_PAPER is Eqs. 14-23 of the paper on every
+// face as given: 8 bytes times the square of the number of faces. AR_SEGMENT_LANDMARKS has the paper's quantities between
+// patches of the surface and some hundred landmarks: memory in proportion to the faces. Where the paper's print is
+// incomplete: convex edges weigh epsilon (Eq. 15), the three distances are divided by their means before they are added
+// (Eq. 22), and so are the distances of Eq. 23, so that results do not depend on the size of the part.
+// ==============================================================================================================
+
+/// method: cuts along concave creases, sharp or rounded. The default.
+#define AR_SEGMENT_CREASES 0
+
+/// method: the paper's spectral clustering of all faces. Refused with AR_E_BUDGET beyond memory_budget, and beyond some
+/// 20 000 faces without one.
+#define AR_SEGMENT_PAPER 1
+
+/// method: the paper's spectral clustering by patches and landmarks.
+#define AR_SEGMENT_LANDMARKS 2
+
+/// criterion: the number of parts whose borders turn most into concave creases for their length. The default.
+#define AR_CRITERION_CREASES 0
+
+/// criterion: the number before the largest fall of the eigenvalues.
+#define AR_CRITERION_EIGENGAP 1
+
+/// criterion: the number with the largest mean silhouette.
+#define AR_CRITERION_SILHOUETTE 2
+
+/// ar_segment_info.flags: a closed ring, on which two ways lead from any point to the opposite one.
+#define AR_SEGMENT_RING 1
+
+/// How ar_segment works. All zero but for the size is the default.
+typedef struct ar_segment_options {
+  /// sizeof(ar_segment_options), set by ar_segment_options_init.
+  uint32_t struct_size;
+  /// Threads to work on; 0 = one per core. The results do not depend on it.
+  uint32_t threads;
+  /// Bytes that the call may use at its peak, about; 0 = no limit. Refused with AR_E_BUDGET before a step allocates.
+  uint64_t memory_budget;
+  /// Progress function or NULL.
+  ar_progress_fn progress;
+  /// Passed to `progress`.
+  void *user;
+  /// Token that can stop the call, or NULL.
+  const ar_cancel_token *cancel;
+  /// AR_SEGMENT_*.
+  uint32_t method;
+  /// Number of segments, N_f, up to 4096; 0 = automatic. Fewer come out where parts below min_area are joined with
+  /// neighbours, more where the part has more shells than that.
+  uint32_t count;
+  /// With AR_SEGMENT_PAPER and AR_SEGMENT_LANDMARKS and count = 0: what decides on the number, AR_CRITERION_*.
+  uint32_t criterion;
+  /// 0.
+  uint32_t reserved;
+  /// Parts smaller than this share of the area are joined with a neighbour, up to 0.5; 0 = 0.001, negative = none.
+  double min_area;
+  /// Eq. 22: share of the geodesic distance; 0 = 0.1, negative = none.
+  double alpha;
+  /// Eq. 22: share of the angular distance; 0 = 0.8, negative = none.
+  double beta;
+  /// Eq. 22: share of the distance between volumetric shape images; 0 = 0.1, negative = none.
+  double gamma;
+  /// Eq. 15: weight of convex edges; 0 = 0.1, negative = none.
+  double epsilon;
+} ar_segment_options;
+
+/// A segment. Lengths in coordinate units; NaN where there is no value.
+typedef struct ar_segment_info {
+  /// sizeof(ar_segment_info), set by ar_segment_info_init.
+  uint32_t struct_size;
+  /// AR_SEGMENT_RING or 0.
+  uint32_t flags;
+  /// Number of faces.
+  uint64_t faces;
+  /// Handles of its surface, holes thought closed: 1 for a ring, or a pipe with its bore.
+  uint32_t handles;
+  /// Number of segments that share an edge with it: ar_get_segment_neighbours.
+  uint32_t neighbours;
+  /// D1max: the longest geodesic distance within its own surface.
+  double d1_max;
+  /// D1ave: mean of D1 over its surface.
+  double d1_mean;
+  /// D2max: the largest wall width of the solid at its surface, where both walls are its own.
+  double d2_max;
+  /// D2ave: mean of the widths over its surface.
+  double d2_mean;
+  /// The width that half of its surface is below.
+  double d2_median;
+  /// Least width.
+  double d2_min;
+  /// d1_max / d2_max: its slenderness.
+  double ratio_max;
+  /// d1_mean / d2_mean.
+  double ratio_mean;
+  /// Area.
+  double area;
+  /// Length of its borders with other segments and of open edges.
+  double boundary_length;
+  /// With AR_SEGMENT_RING the length of the closed way around, 2 d1_max: D1max of the same bar cut open. Else NaN.
+  double loop_length;
+  /// x, y, z of the two points at distance d1_max.
+  double d1_ends[6];
+  /// x, y, z of the point where the width is d2_max.
+  double d2_max_at[3];
+  /// x, y, z of the point where the width is d2_min.
+  double d2_min_at[3];
+  /// x, y, z of the centroid of its surface.
+  double centroid[3];
+  /// Least x, y, z.
+  double lower[3];
+  /// Greatest x, y, z.
+  double upper[3];
+} ar_segment_info;
+
+/// Use ar_segment_options_init. Sets the first `struct_size` bytes of `options` to the defaults.
+ar_status ar_segment_options_init_sized(ar_segment_options *options, uint32_t struct_size);
+
+/// Sets `options` to the defaults of this header's version.
+static inline ar_status ar_segment_options_init(ar_segment_options *options) {
+  return ar_segment_options_init_sized(options, (uint32_t)sizeof *options);
+}
+
+/// Use ar_segment_info_init. Sets the first `struct_size` bytes of `info` to zero and the size.
+ar_status ar_segment_info_init_sized(ar_segment_info *info, uint32_t struct_size);
+
+/// Sets `info` to the defaults of this header's version.
+static inline ar_status ar_segment_info_init(ar_segment_info *info) {
+  return ar_segment_info_init_sized(info, (uint32_t)sizeof *info);
+}
+
+/// Partitions the mesh into segments and measures them, for the getters below.
+///   mesh      exclusive for the length of the call.
+///   options   NULL = defaults.
+/// Segments are connected, cover all faces that take part, and are numbered from 0 by falling area. On success they
+/// replace those of an earlier call; on failure or cancel those stay. Time and memory: with AR_SEGMENT_PAPER
+/// O(faces^2 log faces) and 8 bytes times faces^2; otherwise O(faces log faces), about 1 kB a face.
+ar_status ar_segment(ar_mesh *mesh,
+                     const ar_segment_options *options,
+                     ar_error *error);
+
+/// Segment of every face. UINT32_MAX for a face that takes no part.
+///   out   capacity numbers, capacity in faces.
+ar_status ar_get_face_segment(const ar_mesh *mesh,
+                              uint32_t *out,
+                              size_t capacity,
+                              size_t *count,
+                              ar_error *error);
+
+/// The segments.
+///   out   capacity structs, capacity in segments. The first must be prepared by ar_segment_info_init: its struct_size
+///         is taken as the size of all, and set in all.
+ar_status ar_get_segments(const ar_mesh *mesh,
+                          ar_segment_info *out,
+                          size_t capacity,
+                          size_t *count,
+                          ar_error *error);
+
+/// The segments that share an edge with one, ascending.
+///   segment   which one.
+///   out       capacity numbers, capacity in segments.
+ar_status ar_get_segment_neighbours(const ar_mesh *mesh,
+                                    uint32_t segment,
+                                    uint32_t *out,
+                                    size_t capacity,
+                                    size_t *count,
+                                    ar_error *error);
 
 // ==============================================================================================================
 // Coloured PLY, to look at in MeshLab, ParaView and the like.

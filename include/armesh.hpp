@@ -33,6 +33,7 @@ namespace armesh {
 // the layout that the library was built with
 static_assert(sizeof(ar_error) == 536 && sizeof(ar_finding) == 40 && sizeof(ar_place) == 32, "layout");
 static_assert(sizeof(ar_diagnostics) == 560 && sizeof(ar_summary) == 312, "layout");
+static_assert(sizeof(ar_accuracy) == 96, "layout");
 static_assert(sizeof(void *) != 8 || (sizeof(ar_mesh_desc) == 112 && sizeof(ar_load_options) == 56), "layout");
 static_assert(sizeof(void *) != 8 || sizeof(ar_compute_options) == 80, "layout");
 
@@ -247,13 +248,31 @@ struct compute_options : run_options {
   double d1_tolerance = 0.0;
 };
 
+/// How segment() finds the parts; AR_SEGMENT_* in armesh.h.
+enum class segment_method : std::uint32_t {
+  creases = AR_SEGMENT_CREASES,
+  paper = AR_SEGMENT_PAPER,
+  landmarks = AR_SEGMENT_LANDMARKS
+};
+
+/// What segment() does; zero means the default documented at ar_segment_options.
+struct segment_options : run_options {
+  segment_method method = segment_method::creases;
+  /// Number of segments; 0 = automatic.
+  std::uint32_t count = 0;
+  /// AR_CRITERION_*.
+  std::uint32_t criterion = AR_CRITERION_CREASES;
+  double min_area = 0;
+  double alpha = 0, beta = 0, gamma = 0, epsilon = 0;
+};
+
 /// A distribution: share[k] of the vertices have edges[k] <= value < edges[k + 1].
 struct histogram {
   std::vector<double> edges;
   std::vector<double> share;
 };
 
-/// A checked, welded triangle mesh and the results of the latest successful compute().
+/// A checked, welded triangle mesh and the results of the latest successful compute() and segment().
 class mesh {
 public:
   /// From flat arrays of your own: x, y, z (float or double) and three indices a face (32 bits, signed or not), both a
@@ -298,10 +317,53 @@ public:
     run(options, [&](const ar_compute_options *how, ar_error *e) { return ar_compute(handle_.get(), how, e); });
   }
 
+  /// Partitions the mesh into segments and measures them. Needs no compute().
+  void segment(const segment_options &options = {}) {
+    detail::bridge bridge{&options.progress, nullptr};
+    ar_segment_options how;
+    ar_segment_options_init(&how);
+    set_run(how, options, bridge);
+    how.method = static_cast<std::uint32_t>(options.method);
+    how.count = options.count;
+    how.criterion = options.criterion;
+    how.min_area = options.min_area;
+    how.alpha = options.alpha;
+    how.beta = options.beta;
+    how.gamma = options.gamma;
+    how.epsilon = options.epsilon;
+    detail::outcome o;
+    const ar_status status = ar_segment(handle_.get(), &how, o);
+    bridge.check(o, status);
+  }
+  /// Segment of every face, from 0 by falling area; UINT32_MAX for faces that take no part. After segment().
+  std::vector<std::uint32_t> face_segment() const { return copy<std::uint32_t, std::uint32_t>(ar_get_face_segment); }
+  /// The segments. After segment().
+  std::vector<ar_segment_info> segments() const {
+    std::vector<ar_segment_info> out(count<ar_segment_info>(ar_get_segments));
+    if (!out.empty()) {
+      ar_segment_info_init(out.data());
+      detail::outcome o;
+      o.check(ar_get_segments(handle_.get(), out.data(), out.size(), nullptr, o));
+    }
+    return out;
+  }
+  /// The segments that share an edge with one, ascending.
+  std::vector<std::uint32_t> segment_neighbours(std::uint32_t segment) const {
+    std::size_t n = 0;
+    detail::outcome o;
+    o.check(ar_get_segment_neighbours(handle_.get(), segment, nullptr, 0, &n, o));
+    std::vector<std::uint32_t> out(n);
+    detail::outcome again;
+    again.check(ar_get_segment_neighbours(handle_.get(), segment, out.data(), n, nullptr, again));
+    return out;
+  }
+
   /// What is wrong with the mesh and where, and how big it is. Needs no compute().
   ar_diagnostics diagnostics() const { return filled<ar_diagnostics>(ar_diagnostics_init, ar_mesh_get_diagnostics); }
   /// The part in a few numbers.
   ar_summary summary() const { return filled<ar_summary>(ar_summary_init, ar_get_summary); }
+  /// How right D1 is, and what was left out.
+  ar_accuracy accuracy() const { return filled<ar_accuracy>(ar_accuracy_init, ar_get_accuracy); }
 
   /// Positions of the vertices, coordinate units.
   std::vector<std::array<double, 3>> positions() const {

@@ -22,5 +22,7 @@ pub mod geodesic;
 pub mod io;
 pub mod job;
 pub mod mesh;
+pub mod segment;
+
 pub mod sparse;
 pub mod thickness;

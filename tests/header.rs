@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// The sections of the header, in its order: one file of `src/capi` each.
-const NOUNS: [&str; 11] = [
+const NOUNS: [&str; 12] = [
     "version",
     "status",
     "error",
@@ -16,6 +16,7 @@ const NOUNS: [&str; 11] = [
     "compute",
     "results",
     "geodesic",
+    "segment",
     "ply",
 ];
 

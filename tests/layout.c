@@ -86,6 +86,11 @@ SIZE(ar_place, 32);
 AT(ar_place, vertex, 0);
 AT(ar_place, position, 8);
 
+SIZE(ar_accuracy, 96);
+AT(ar_accuracy, method, 4);
+AT(ar_accuracy, d1_error, 32);
+AT(ar_accuracy, first_open_face, 88);
+
 SIZE(ar_summary, 312);
 AT(ar_summary, struct_size, 0);
 AT(ar_summary, reserved, 4);
@@ -99,3 +104,28 @@ AT(ar_summary, vertex_ratio_max_at, 200);
 AT(ar_summary, undefined_vertices, 232);
 AT(ar_summary, solves, 240);
 AT(ar_summary, stage_seconds, 248);
+
+#if UINTPTR_MAX == UINT64_MAX
+SIZE(ar_segment_options, 96);
+AT(ar_segment_options, threads, 4);
+AT(ar_segment_options, memory_budget, 8);
+AT(ar_segment_options, method, 40);
+AT(ar_segment_options, count, 44);
+AT(ar_segment_options, criterion, 48);
+AT(ar_segment_options, min_area, 56);
+AT(ar_segment_options, alpha, 64);
+AT(ar_segment_options, epsilon, 88);
+#endif
+
+SIZE(ar_segment_info, 280);
+AT(ar_segment_info, struct_size, 0);
+AT(ar_segment_info, flags, 4);
+AT(ar_segment_info, faces, 8);
+AT(ar_segment_info, handles, 16);
+AT(ar_segment_info, d1_max, 24);
+AT(ar_segment_info, ratio_max, 72);
+AT(ar_segment_info, loop_length, 104);
+AT(ar_segment_info, d1_ends, 112);
+AT(ar_segment_info, d2_max_at, 160);
+AT(ar_segment_info, centroid, 208);
+AT(ar_segment_info, upper, 256);

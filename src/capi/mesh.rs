@@ -11,13 +11,14 @@ use crate::field::Field;
 use crate::io::{LOAD_UNITS, Limits, Unit};
 use crate::job::Stage;
 use crate::mesh::{MeshOptions, NONE, TriMesh, Weld};
+use crate::segment::Segmentation;
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::offset_of;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock};
 
-/// A checked, welded triangle mesh, and the results of the latest successful ar_compute on it.
+/// A checked, welded triangle mesh, and the results of the latest successful ar_compute and ar_segment on it.
 pub struct ar_mesh {
     magic: u64,
     poisoned: AtomicBool,
@@ -29,6 +30,7 @@ pub struct ar_mesh {
     pub(super) unit: Unit,
     warnings: Vec<String>,
     pub(super) field: RwLock<Option<Arc<Field>>>,
+    pub(super) segmentation: RwLock<Option<Arc<Segmentation>>>,
 }
 
 impl Handle for ar_mesh {
@@ -307,7 +309,8 @@ impl ar_mesh {
     fn new(mesh: TriMesh, welded: bool, unit: Unit, warnings: Vec<String>) -> ar_mesh {
         let [poisoned, busy] = [AtomicBool::new(false), AtomicBool::new(false)];
         let (magic, mesh, field) = (Self::MAGIC, Arc::new(mesh), RwLock::new(None));
-        ar_mesh { magic, poisoned, busy, mesh, welded, unit, warnings, field }
+        let segmentation = RwLock::new(None);
+        ar_mesh { magic, poisoned, busy, mesh, welded, unit, warnings, field, segmentation }
     }
 
     /// Number of vertices as the caller counts them.

@@ -58,6 +58,7 @@ mod options;
 pub mod ply;
 pub mod progress;
 pub mod results;
+pub mod segment;
 mod slices;
 pub mod status;
 #[cfg(test)]

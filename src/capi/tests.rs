@@ -10,6 +10,7 @@ use super::mesh::*;
 use super::ply::*;
 use super::progress::*;
 use super::results::*;
+use super::segment::*;
 use super::status::*;
 use crate::mesh::shapes;
 use std::ffi::{CStr, c_char, c_void};
@@ -634,4 +635,77 @@ fn files_that_are_no_meshes_are_refused() {
     assert!(code == "AR_E_IO" && text.contains("part.stl"), "{code} {text}");
     assert_eq!(load(c"").0, "AR_E_IO");
     assert_eq!(load(c"/").0, "AR_E_IO");
+}
+
+#[test]
+fn segments_go_out_at_the_size_of_the_callers_struct() {
+    let mesh = make(&cube().desc).unwrap();
+    let (mut e, mut n) = (error(), 0usize);
+    // SAFETY: as C calls it; the buffers are as large as said.
+    unsafe {
+        assert_eq!(ar_get_face_segment(mesh, null_mut(), 0, &mut n, &mut e), AR_E_NOT_COMPUTED);
+        assert!(message(&e).contains("ar_segment"));
+        assert_eq!(ar_segment(mesh, null(), &mut e), AR_OK);
+        let mut faces = [7u32; 12];
+        assert_eq!(ar_get_face_segment(mesh, faces.as_mut_ptr(), 12, &mut n, &mut e), AR_OK);
+        assert_eq!((n, faces), (12, [0; 12]));
+
+        let mut infos = zeroed_pair();
+        assert_eq!(ar_get_segments(mesh, null_mut(), 0, &mut n, &mut e), AR_OK);
+        assert_eq!(n, 1);
+        assert_eq!(ar_get_segments(mesh, infos.as_mut_ptr(), 2, &mut n, &mut e), AR_E_STRUCT, "not initialised");
+        assert_eq!(ar_segment_info_init_sized(&mut infos[0], size_of::<ar_segment_info>() as u32), AR_OK);
+        assert_eq!(ar_get_segments(mesh, infos.as_mut_ptr(), 2, &mut n, &mut e), AR_OK);
+        let s = infos[0];
+        assert_eq!((n, s.faces, s.flags, s.handles, s.neighbours), (1, 12, 0, 0, 0));
+        assert!((s.area - 6.0).abs() < 1e-6 && (s.d2_max - 1.0).abs() < 0.02, "{s:?}");
+        assert!((s.ratio_max / 5f64.sqrt() - 1.0).abs() < 0.05 && s.loop_length.is_nan(), "{s:?}");
+        assert_eq!(infos[1].struct_size, 0, "beyond the count nothing is written");
+
+        assert_eq!(ar_get_segment_neighbours(mesh, 0, null_mut(), 0, &mut n, &mut e), AR_OK);
+        assert_eq!(n, 0);
+        assert_eq!(ar_get_segment_neighbours(mesh, 1, null_mut(), 0, &mut n, &mut e), AR_E_ARGUMENT);
+        assert_eq!(ar_mesh_free(mesh), AR_OK);
+    }
+}
+
+fn zeroed_pair() -> [ar_segment_info; 2] {
+    [zeroed(), zeroed()]
+}
+
+#[test]
+fn segment_options_out_of_range_are_refused_and_a_refusal_leaves_the_segments() {
+    let mesh = make(&cube().desc).unwrap();
+    let (mut e, mut n) = (error(), 0usize);
+    let options = |change: fn(&mut ar_segment_options)| {
+        let mut o = zeroed::<ar_segment_options>();
+        o.struct_size = size_of::<ar_segment_options>() as u32;
+        change(&mut o);
+        o
+    };
+    // SAFETY: as C calls it.
+    unsafe {
+        assert_eq!(ar_segment(mesh, null(), &mut e), AR_OK);
+        let wrong: [fn(&mut ar_segment_options); 7] = [
+            |o| o.method = 9,
+            |o| o.criterion = 9,
+            |o| o.count = 5000,
+            |o| o.reserved = 1,
+            |o| o.min_area = 0.9,
+            |o| o.alpha = f64::NAN,
+            |o| (o.alpha, o.beta, o.gamma) = (-1.0, -1.0, -1.0),
+        ];
+        for (k, change) in wrong.into_iter().enumerate() {
+            assert_eq!(ar_segment(mesh, &options(change), &mut e), AR_E_ARGUMENT, "{k}");
+        }
+        assert_eq!(ar_segment(mesh, &options(|o| o.memory_budget = 1), &mut e), AR_E_BUDGET);
+        assert_eq!(ar_segment(null_mut(), null(), &mut e), AR_E_NULL);
+        assert_eq!(ar_get_face_segment(mesh, null_mut(), 0, &mut n, &mut e), AR_OK);
+        for method in [AR_SEGMENT_PAPER, AR_SEGMENT_LANDMARKS] {
+            let mut o = options(|o| o.count = 2);
+            o.method = method;
+            assert_eq!(ar_segment(mesh, &o, &mut e), AR_OK, "{}", message(&e));
+        }
+        assert_eq!(ar_mesh_free(mesh), AR_OK);
+    }
 }

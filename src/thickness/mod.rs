@@ -1,6 +1,7 @@
 //! D2: widths by ray shooting.
 
 pub mod bvh;
+pub mod chords;
 pub mod cone;
 mod contact;
 mod exposed;

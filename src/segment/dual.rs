@@ -1,0 +1,182 @@
+//! The dual graph of a surface: faces are nodes, common edges join them (Fig. 8a), with the distances that one step
+//! costs (Eqs. 14-16).
+
+use crate::error::{Result, try_filled, try_vec};
+use crate::mesh::Topology;
+use crate::mesh::measure::{Vec3, add, area_vector, corners, cross, distance, dot, norm, scale, sub};
+
+/// An edge with more faces than this joins only those that follow each other in its list, not all pairs.
+const MANY_FACES: usize = 6;
+/// A triangle lower than this share of the bounding box's diagonal has a normal that rounding made (single precision
+/// files): it takes that of the neighbour across its longest side.
+const SLIVER: f64 = 2e-6;
+
+/// The sides of an edge that side `i` of `n` is joined with.
+fn partners(i: usize, n: usize) -> std::ops::Range<usize> {
+    if n > MANY_FACES { i + 1..(i + 2).min(n) } else { i + 1..n }
+}
+
+/// Number of steps that an edge with `sides` faces makes.
+pub fn step_count(sides: usize) -> usize {
+    (0..sides).map(|i| partners(i, sides).len()).sum()
+}
+
+/// A step between two faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    /// The two faces.
+    pub faces: [u32; 2],
+    /// Length of the common edge, model units.
+    pub length: f64,
+    /// Eq. 14: from centroid to the edge's middle to centroid, model units.
+    pub geodesic: f64,
+    /// Angle between the normals, radians, positive at concave edges, negative at convex ones.
+    pub turn: f64,
+}
+
+impl Step {
+    /// Eq. 15: the angle between the normals, `epsilon` times it at convex edges.
+    pub fn angular(&self, epsilon: f64) -> f64 {
+        if self.turn < 0.0 { -epsilon * self.turn } else { self.turn }
+    }
+}
+
+/// Faces and steps of a surface.
+#[derive(Debug)]
+pub struct Dual {
+    /// Every step once, by common edge.
+    pub steps: Vec<Step>,
+    /// Steps by face: those of face f are `around[first[f]..first[f + 1]]`, as (other face, step).
+    pub around: Vec<(u32, u32)>,
+    /// See `around`.
+    pub first: Vec<u32>,
+    /// Centroids by face.
+    pub centroid: Vec<Vec3>,
+    /// Outward unit normals by face, zero where there is none.
+    pub normal: Vec<Vec3>,
+    /// Areas by face.
+    pub area: Vec<f64>,
+}
+
+impl Dual {
+    /// The dual graph of `triangles`, oriented consistently and outward, with their `topology`. O(faces).
+    ///
+    /// # Errors
+    /// [`crate::error::Error::NoMemory`].
+    pub fn new(positions: &[Vec3], triangles: &[[u32; 3]], topology: &Topology) -> Result<Dual> {
+        let m = triangles.len();
+        let mut dual = Dual {
+            steps: try_vec(3 * m / 2 + 8, "steps of the dual graph")?,
+            around: Vec::new(),
+            first: Vec::new(),
+            centroid: try_vec(m, "centroids")?,
+            normal: try_vec(m, "normals")?,
+            area: try_vec(m, "areas")?,
+        };
+        for &t in triangles {
+            let [a, b, c] = corners(positions, t);
+            let n = area_vector([a, b, c]);
+            let double = norm(n);
+            dual.centroid.push(scale(add(add(a, b), c), 1.0 / 3.0));
+            dual.normal.push(if double > 0.0 { scale(n, 1.0 / double) } else { [0.0; 3] });
+            dual.area.push(0.5 * double);
+        }
+        dual.mend_normals(positions, triangles, topology);
+        for e in 0..topology.edge_count() as u32 {
+            let sides = topology.halfedges(e);
+            for i in 0..sides.len() {
+                for j in partners(i, sides.len()) {
+                    dual.steps.push(dual.step(positions, triangles, [sides[i], sides[j]]));
+                }
+            }
+        }
+        dual.link(m)?;
+        Ok(dual)
+    }
+
+    /// Number of faces.
+    pub fn face_count(&self) -> usize {
+        self.area.len()
+    }
+
+    /// Neighbours of a face with the steps to them.
+    pub fn around(&self, face: u32) -> &[(u32, u32)] {
+        &self.around[self.first[face as usize] as usize..self.first[face as usize + 1] as usize]
+    }
+
+    /// --- Eqs. 14-16 for the faces of two half-edges of one edge.
+    fn step(&self, positions: &[Vec3], triangles: &[[u32; 3]], [h, g]: [u32; 2]) -> Step {
+        let (i, j) = (h as usize / 3, g as usize / 3);
+        let end = |k: u32| positions[triangles[i][((h + k) % 3) as usize] as usize];
+        // corner k of half-edge 3 f + k: h % 3 as 3 f is a multiple of 3
+        let (a, b) = (end(0), end(1));
+        let middle = scale(add(a, b), 0.5);
+        let (n, m) = (self.normal[i], self.normal[j]);
+        // atan2 is exact for small angles where acos is not
+        let angle = if n == [0.0; 3] || m == [0.0; 3] { 0.0 } else { norm(cross(n, m)).atan2(dot(n, m)) };
+        // Eq. 16: concave where the other face rises above this one's plane, seen from both sides.
+        let rise = dot(sub(self.centroid[j], middle), n) + dot(sub(self.centroid[i], middle), m);
+        Step {
+            faces: [i as u32, j as u32],
+            length: distance(a, b),
+            geodesic: distance(self.centroid[i], middle) + distance(self.centroid[j], middle),
+            turn: if rise > 0.0 { angle } else { -angle },
+        }
+    }
+
+    /// Gives slivers the normal of the face across their longest side.
+    fn mend_normals(&mut self, positions: &[Vec3], triangles: &[[u32; 3]], topology: &Topology) {
+        let (lo, hi) = crate::mesh::measure::bounding_box(triangles.iter().flatten().map(|&v| positions[v as usize]));
+        let limit = SLIVER * distance(lo, hi);
+        let longest = |f: usize| {
+            let p = corners(positions, triangles[f]);
+            let side = |k: usize| distance(p[k], p[(k + 1) % 3]);
+            let k = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
+            (k, side(k))
+        };
+        let mut slivers: Vec<(usize, u32)> = (0..triangles.len())
+            .filter_map(|f| {
+                let (k, side) = longest(f);
+                (2.0 * self.area[f] < limit * side).then_some((f, (3 * f + k) as u32))
+            })
+            .collect();
+        slivers.iter().for_each(|s| self.normal[s.0] = [0.0; 3]);
+        // from the good faces inward, as slivers lie beside slivers
+        for _ in 0..8 {
+            let before = slivers.len();
+            let found: Vec<(usize, Vec3)> = slivers
+                .iter()
+                .map(|&(f, h)| match topology.twin(h) {
+                    crate::mesh::NONE => (f, [0.0; 3]),
+                    g => (f, self.normal[g as usize / 3]),
+                })
+                .filter(|(_, n)| *n != [0.0; 3])
+                .collect();
+            found.iter().for_each(|&(f, n)| self.normal[f] = n);
+            slivers.retain(|s| self.normal[s.0] == [0.0; 3]);
+            if slivers.len() == before {
+                break;
+            }
+        }
+    }
+
+    fn link(&mut self, m: usize) -> Result<()> {
+        let mut first = try_filled(m + 1, 0u32, "the dual graph")?;
+        for f in self.steps.iter().flat_map(|s| s.faces) {
+            first[f as usize + 1] += 1;
+        }
+        for f in 0..m {
+            first[f + 1] += first[f];
+        }
+        let mut next = first.clone();
+        self.around = try_filled(2 * self.steps.len(), (0, 0), "the dual graph")?;
+        for (s, step) in self.steps.iter().enumerate() {
+            for [f, g] in [step.faces, [step.faces[1], step.faces[0]]] {
+                self.around[next[f as usize] as usize] = (g, s as u32);
+                next[f as usize] += 1;
+            }
+        }
+        self.first = first;
+        Ok(())
+    }
+}

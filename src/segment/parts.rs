@@ -1,0 +1,258 @@
+//! Where the parts are, by method: a label for every face, not yet connected or numbered.
+
+use super::affinity::{Graph, step_weights};
+use super::cut::contract;
+use super::dual::Dual;
+use super::finish::NEUTRAL;
+use super::patches::{Border, Patches};
+use super::spectral::{Embedding, MOST, embed_all, embed_sampled};
+use super::vsi::Images;
+use super::{Criterion, SegmentOptions};
+use crate::error::{Error, Result, try_vec};
+use crate::job::Job;
+use crate::mesh::measure::{Vec3, add, distance, dot, scale};
+use crate::mesh::surface::AnalysisSurface;
+use crate::thickness::bvh::RayMesh;
+use crate::thickness::chords::{first_met, widths_at};
+use crate::thickness::cone::{self, Cone};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Patches that stand for all in the embedding.
+const LANDMARKS: usize = 600;
+/// A ray straight into the solid crosses the wall whose width is measured there if it is not longer than this many widths.
+const ACROSS: f64 = 1.25;
+/// Cosine of the angle within which the far side of a wall faces away, 25 degrees.
+const OPPOSED: f64 = 0.9;
+/// Memory that the dense method may take when the job has no budget, bytes.
+const DENSE_LIMIT: u64 = 4 << 30;
+
+/// A surface to be partitioned, and the solid that it bounds.
+pub struct Scene<'a> {
+    /// The surface.
+    pub dual: &'a Dual,
+    /// The face of `rays` that every face of the surface lies on.
+    pub parent: &'a [u32],
+    /// The solid.
+    pub rays: &'a RayMesh,
+}
+
+/// How much a border attracts: its length times what its turning falls short of [`NEUTRAL`].
+fn pull(length: f64, concave: f64) -> f64 {
+    length * (NEUTRAL - concave)
+}
+
+/// Greedy contraction is led astray by what it joins first. It is therefore begun several times, and the partition that
+/// cuts best is kept: at once; and from the smooth pieces that are left when convex edges, too, repel by this share of
+/// their turn.
+const STARTS: [Option<f64>; 3] = [None, Some(0.5), Some(0.25)];
+
+/// Two patches, and how much they attract each other.
+type Tie = ([u32; 2], f64);
+
+/// --- creases: the cut that maximises the turning along its borders. With `count`, that many parts are left.
+pub fn by_creases(
+    scene: &Scene<'_>,
+    surface: &AnalysisSurface,
+    patches: &Patches,
+    count: Option<usize>,
+    job: &Job,
+) -> Result<Vec<u32>> {
+    let over: Vec<Tie> = patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
+    let across = across(scene, surface, patches, job)?;
+    let mut pulls: Vec<Tie> = try_vec(over.len() + across.len(), "borders of patches")?;
+    pulls.extend(over.iter().chain(&across));
+    let begin = |convex: &Option<f64>| {
+        job.check()?;
+        let region = begun(patches, &pulls, *convex, count)?;
+        Ok((pulls.iter().filter(|p| parted(&region, p.0)).map(|p| p.1).sum::<f64>(), region))
+    };
+    let starts: Vec<(f64, Vec<u32>)> = STARTS.par_iter().map(begin).collect::<Result<_>>()?;
+    // where a number is asked for, only partitions into as many are compared
+    let misfit = |region: &[u32]| count.map_or(0, |k| distinct(region).abs_diff(k));
+    let best = starts.into_iter().min_by(|a, b| misfit(&a.1).cmp(&misfit(&b.1)).then(a.0.total_cmp(&b.0)));
+    let mut region = best.map_or(Vec::new(), |b| b.1);
+    if count.is_none() {
+        region = reunited(&region, &over, &across)?;
+    }
+    Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
+}
+
+fn parted(region: &[u32], [p, q]: [u32; 2]) -> bool {
+    region[p as usize] != region[q as usize]
+}
+
+/// One start of the contraction.
+fn begun(patches: &Patches, pulls: &[Tie], convex: Option<f64>, count: Option<usize>) -> Result<Vec<u32>> {
+    let n = patches.seed.len();
+    let Some(share) = convex else { return contract(n, pulls, count) };
+    let smooth = |b: &Border| (b.patches, pull(b.length, b.concave + share * b.convex));
+    let smooth: Vec<Tie> = patches.borders.iter().map(smooth).collect();
+    let piece = contract(n, &smooth, None)?;
+    let between = pulls.iter().filter(|p| parted(&piece, p.0)).map(|&(p, w)| (p.map(|v| piece[v as usize]), w));
+    let between: Vec<Tie> = between.collect();
+    // patches that stand for no piece are nodes of the graph, too, without any border
+    let region = contract(n, &between, count.map(|k| k + n - distinct(&piece)))?;
+    Ok(piece.iter().map(|&p| region[p as usize]).collect())
+}
+
+/// Number of different labels, which are below their count.
+fn distinct(label: &[u32]) -> usize {
+    let mut seen = vec![false; label.len()];
+    label.iter().for_each(|&l| seen[l as usize] = true);
+    seen.into_iter().filter(|s| *s).count()
+}
+
+/// How much of what holds two pieces together across a wall counts, in shares of their attraction by the borders of the
+/// region between them. A floor and a bottom repel and attract the wall around them, length by length, by 1.0 and 0.55.
+const HOLD: f64 = 2.0;
+
+/// The floor and the bottom of a cup are one region across the wall between them, but hang together only through the
+/// wall around them. Pieces of one region are joined with a region through which they hang together if what holds them
+/// across, up to [`HOLD`] times what attracts them to it, outweighs what repels them from it. A rib that stands on a
+/// plate attracts nothing and stays a part.
+fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
+    let n = region.len();
+    let within: Vec<Tie> = over.iter().filter(|t| !parted(region, t.0)).map(|t| (t.0, 1.0)).collect();
+    let piece = contract(n, &within, None)?;
+    // --- by two pieces: how much they attract each other over their border; which are one across
+    let mut border: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+    for &(patches, w) in over.iter().filter(|t| parted(region, t.0)) {
+        let [p, q] = patches.map(|v| piece[v as usize]);
+        *border.entry([p, q]).or_insert(0.0) += w;
+        *border.entry([q, p]).or_insert(0.0) += w;
+    }
+    let mut held: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+    for &(patches, w) in across.iter().filter(|t| !parted(region, t.0)) {
+        let [p, q] = patches.map(|v| piece[v as usize]);
+        if p != q {
+            *held.entry([p.min(q), p.max(q)]).or_insert(0.0) += w;
+        }
+    }
+    // --- two pieces p and q, one across, and a piece r that both border on
+    let mut joins: Vec<Tie> = Vec::new();
+    for (&[p, q], &hold) in &held {
+        for (&[_, r], &a) in border.range([p, 0]..=[p, u32::MAX]) {
+            let Some(&b) = border.get(&[q, r]) else { continue };
+            let attract = a.max(0.0) + b.max(0.0);
+            if attract + a.min(0.0) + b.min(0.0) + hold.min(HOLD * attract) > 0.0 {
+                joins.extend([([p, r], 1.0), ([q, r], 1.0)]);
+            }
+        }
+    }
+    let joined = contract(n, &joins, None)?;
+    Ok(piece.iter().map(|&p| joined[p as usize]).collect())
+}
+
+/// Pairs of patches on opposite sides of one wall, which attract each other as a flat border as long as the patch is wide would:
+/// the floor of a cup belongs to its bottom, the bore of a pipe to its outside.
+fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: &Job) -> Result<Vec<Tie>> {
+    let dual = scene.dual;
+    let points: Vec<Vec3> = patches.seed.iter().map(|&f| dual.centroid[f as usize]).collect();
+    let ways: Vec<Vec3> = patches.seed.iter().map(|&f| scale(dual.normal[f as usize], -1.0)).collect();
+    let parents: Vec<u32> = patches.seed.iter().map(|&f| scene.parent[f as usize]).collect();
+    let width = widths_at(scene.rays, &points, &parents, &Cone::new(cone::RAYS, cone::ANGLE)?, job)?;
+    let met = first_met(scene.rays, &points, &ways, Some(&parents), job)?;
+    let opposite = |p: usize| -> Option<Tie> {
+        // also false for a NaN; a longer way runs along the wall, not across it
+        if !(met[p].distance <= ACROSS * width[p]) {
+            return None;
+        }
+        let hit = add(points[p], scale(ways[p], met[p].distance));
+        let children = surface.children(met[p].face as usize);
+        let gap = |f: &usize| distance(dual.centroid[*f], hit);
+        let g = children.min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
+        let q = patches.of_face[g];
+        // from the far side too: below a pin the ray runs across the plate and along the pin
+        let facing = dot(dual.normal[g], ways[p]) > OPPOSED && met[p].distance <= ACROSS * width[q as usize];
+        (facing && q != p as u32)
+            .then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
+    };
+    Ok((0..points.len()).into_par_iter().filter_map(opposite).collect())
+}
+
+/// --- the paper's method on every face (Eqs. 14-23).
+pub fn by_all_faces(scene: &Scene<'_>, options: &SegmentOptions, job: &Job) -> Result<Vec<u32>> {
+    let n = scene.dual.face_count();
+    let bytes = (n as u64).saturating_mul(n as u64).saturating_mul(8).saturating_add(n as u64 * 4000);
+    job.afford(bytes, "the paper's segmentation, which holds the distances between all pairs of faces,")?;
+    if bytes > DENSE_LIMIT {
+        return Err(Error::Budget(format!(
+            "the paper's segmentation holds the distances between all pairs of faces: {n} faces need {bytes} bytes, \
+             the limit is {DENSE_LIMIT} bytes; use another method"
+        )));
+    }
+    let all: Vec<u32> = (0..n as u32).collect();
+    let images = images(scene, &all, options, job)?;
+    let steps = &scene.dual.steps;
+    let volumetric: Vec<f64> =
+        steps.par_iter().map(|s| images.distance(s.faces[0] as usize, s.faces[1] as usize)).collect();
+    let geodesic: Vec<f64> = steps.iter().map(|s| s.geodesic).collect();
+    let angular: Vec<f64> = steps.iter().map(|s| s.angular(options.shares.epsilon)).collect();
+    let weights = step_weights(&geodesic, &angular, &volumetric, &options.shares);
+    let edges: Vec<([u32; 2], f64)> = steps.iter().zip(weights).map(|(s, w)| (s.faces, w)).collect();
+    let graph = Graph::new(n, &edges)?;
+    drop(edges);
+    let embedding = embed_all(&graph, wanted(options, n), job)?;
+    let pulls: Vec<([u32; 2], f64)> = steps.iter().map(|s| (s.faces, pull(s.length, s.turn.max(0.0)))).collect();
+    choose(&embedding, &pulls, options, job)
+}
+
+/// --- the same on patches, from landmarks.
+pub fn by_landmarks(scene: &Scene<'_>, patches: &Patches, options: &SegmentOptions, job: &Job) -> Result<Vec<u32>> {
+    let images = images(scene, &patches.seed, options, job)?;
+    let term = |f: &dyn Fn(&Border) -> f64| -> Vec<f64> { patches.borders.iter().map(f).collect() };
+    let volumetric = term(&|b| images.distance(b.patches[0] as usize, b.patches[1] as usize));
+    let angular = term(&|b| b.concave + options.shares.epsilon * b.convex);
+    let weights = step_weights(&term(&|b| b.geodesic), &angular, &volumetric, &options.shares);
+    let edges: Vec<([u32; 2], f64)> = patches.borders.iter().zip(weights).map(|(b, w)| (b.patches, w)).collect();
+    let graph = Graph::new(patches.seed.len(), &edges)?;
+    // Seeds were put where the surface was farthest from those before: the first are spread over all of it.
+    let landmarks: Vec<u32> = (0..patches.seed.len().min(LANDMARKS) as u32).collect();
+    let embedding = embed_sampled(&graph, landmarks, &patches.area, wanted(options, patches.seed.len()), job)?;
+    let pulls: Vec<([u32; 2], f64)> = patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
+    let label = choose(&embedding, &pulls, options, job)?;
+    Ok(patches.of_face.iter().map(|&p| label[p as usize]).collect())
+}
+
+/// Number of eigenvectors to compute.
+fn wanted(options: &SegmentOptions, nodes: usize) -> usize {
+    options.count.map_or(MOST + 1, |k| k as usize).min(nodes)
+}
+
+/// The clustering into the wanted number of parts or, without one, the number that the criterion likes best.
+fn choose(embedding: &Embedding, pulls: &[([u32; 2], f64)], options: &SegmentOptions, job: &Job) -> Result<Vec<u32>> {
+    if let Some(k) = options.count {
+        return embedding.cluster(k as usize, job);
+    }
+    if options.criterion == Criterion::Eigengap {
+        return embedding.cluster(embedding.eigengap(), job);
+    }
+    let mut best: Option<(f64, Vec<u32>)> = None;
+    for k in 1..=MOST.min(embedding.samples.len().max(1)) {
+        let label = embedding.cluster(k, job)?;
+        let score = match options.criterion {
+            Criterion::Silhouette => embedding.silhouette(&label, k),
+            // what the borders between different labels repel
+            _ => -pulls.iter().filter(|p| label[p.0[0] as usize] != label[p.0[1] as usize]).map(|p| p.1).sum::<f64>(),
+        };
+        if best.as_ref().is_none_or(|b| score > b.0) {
+            best = Some((score, label));
+        }
+    }
+    Ok(best.map_or(Vec::new(), |b| b.1))
+}
+
+/// Shape images of some faces, from the centres of their inscribed spheres.
+fn images(scene: &Scene<'_>, faces: &[u32], options: &SegmentOptions, job: &Job) -> Result<Images> {
+    let pick = |from: &[Vec3]| -> Result<Vec<Vec3>> {
+        let mut to = try_vec(faces.len(), "shape images")?;
+        to.extend(faces.iter().map(|&f| from[f as usize]));
+        Ok(to)
+    };
+    let (centroid, normal) = (pick(&scene.dual.centroid)?, pick(&scene.dual.normal)?);
+    let parent: Vec<u32> = faces.iter().map(|&f| scene.parent[f as usize]).collect();
+    let cone = Cone::new(options.rays, options.cone_angle)?;
+    let width = widths_at(scene.rays, &centroid, &parent, &cone, job)?;
+    Images::new(scene.rays, &centroid, &normal, &width, job)
+}

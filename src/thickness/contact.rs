@@ -2,9 +2,10 @@
 
 use super::bvh::{RayMesh, cross, dot, sub};
 use super::nearest::{closest_on_segment, closest_on_triangle};
+use super::tree::Block;
 
 /// Cosine of the angle between two contacts, seen from the centre, from which on they hold the sphere: 115 degrees.
-const HELD: f64 = -0.422_618_261_740_699_44;
+pub(super) const HELD: f64 = -0.422_618_261_740_699_44;
 
 /// Cosine of the angle from which on two contacts hold the sphere even if they are not met squarely: what is nearer
 /// around them is on opposite sides too.
@@ -58,20 +59,33 @@ pub(super) struct Contacts {
 
 impl Contacts {
     /// Sets how far from the sphere, as a share of its radius, surface still touches it. Where it touches a plane, that
-    /// is a disk on the sphere; contacts less than a little more than its radius apart are one.
+    /// is a disk on the sphere; contacts less than one and a half times its radius apart are one.
     #[inline(always)]
     pub fn set_tolerance(&mut self, tolerance: f64) {
         let disk = (1.0 / (1.0 + tolerance)).acos();
-        self.same = (1.25 * disk + 0.03).cos();
+        self.same = (1.5 * disk + 0.03).cos();
         self.rough = 1.0 - 0.1 * tolerance;
-        self.sure = (0.25 * disk + 0.03).cos();
+        self.sure = (0.5 * disk + 0.03).cos();
     }
 
-    /// Whether a known contact makes it needless to look at a triangle with this outward normal whose plane is at the
-    /// signed height `h`: it can only touch further away (or hardly nearer) and in nearly the same direction.
+    /// In which lanes of `block`, whose planes are at the signed `heights`, no look is needed: where a known contact is
+    /// at hand, the triangle can only touch further away (or hardly nearer) and in nearly the same direction.
     #[inline(always)]
-    pub fn cover(&self, outward: [f64; 3], h: f64) -> bool {
-        self.list.iter().any(|c| h.abs() >= c.d * self.rough && dot(c.up, outward) * h > self.sure * h.abs())
+    pub fn cover(&self, block: &Block, heights: &[f64; 4]) -> [bool; 4] {
+        let mut most = [f64::NEG_INFINITY; 4];
+        for contact in &self.list {
+            let d = contact.d * self.rough;
+            for k in 0..4 {
+                let h = heights[k].abs();
+                let cos = contact.up[0] * block.normal[0][k]
+                    + contact.up[1] * block.normal[1][k]
+                    + contact.up[2] * block.normal[2][k];
+                let cos = if heights[k] > 0.0 { cos } else { -cos };
+                let cos = if h >= d { cos } else { -1.0 };
+                most[k] = if cos > most[k] { cos } else { most[k] };
+            }
+        }
+        most.map(|cos| cos > self.sure)
     }
 
     /// Adds a contact, or moves a similar one closer. True if it surely holds the sphere together with another, both
@@ -163,19 +177,25 @@ impl Contacts {
         self.list.iter().enumerate().any(opposed)
     }
 
-    /// Half the way between the two contacts that are most opposed, along their directions: the radius of the sphere
-    /// that they hold, to second order in how far this one is off. None if there are no such two.
-    pub fn held_radius(&self) -> Option<f64> {
-        let mut best = (f64::INFINITY, None);
+    /// The two contacts that are most opposed: the cosine of the angle between them, and half the way between them,
+    /// which is the radius of the sphere that they hold, to second order in how far this one is off.
+    pub fn most_opposed(&self) -> (f64, f64) {
+        let mut best = (1.0, f64::NAN);
         for (i, a) in self.list.iter().enumerate() {
-            for b in self.list[..i].iter().filter(|b| a.opposes(b)) {
+            for b in self.list[..i].iter().filter(|b| !(a.local && b.local)) {
                 let cos = dot(a.up, b.up);
                 if cos < best.0 {
-                    best = (cos, Some((a.d + b.d) / 2.0));
+                    best = (cos, (a.d + b.d) / 2.0);
                 }
             }
         }
-        best.1
+        best
+    }
+
+    /// The radius of the sphere that two contacts hold; None if there are no such two.
+    pub fn held_radius(&self) -> Option<f64> {
+        let (cos, radius) = self.most_opposed();
+        (cos <= HELD).then_some(radius)
     }
 
     /// The shortest vector of the convex hull of the contacts' directions: moving along it the centre leaves all

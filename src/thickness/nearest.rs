@@ -208,9 +208,12 @@ impl Visitor for Finder<'_> {
     #[inline(always)]
     fn visit(&mut self, block: &Block) -> ([f64; 3], f64) {
         let heights = block.heights(self.c);
-        let mut near = [false; 4];
-        for k in 0..4 {
-            near[k] = heights[k].abs() < self.best * self.grown && !self.contacts.cover(block.outward(k), heights[k]);
+        let mut near = heights.map(|h| h.abs() < self.best * self.grown);
+        if near != [false; 4] {
+            let covered = self.contacts.cover(block, &heights);
+            for k in 0..4 {
+                near[k] &= !covered[k];
+            }
         }
         if near == [false; 4] {
             return (self.c, self.best * self.grown);

@@ -111,12 +111,6 @@ impl Block {
             [v[2][0][k], v[2][1][k], v[2][2][k]],
         ]
     }
-
-    /// Outward normal of the triangle in lane `k`.
-    #[inline(always)]
-    pub fn outward(&self, k: usize) -> [f64; 3] {
-        [self.normal[0][k], self.normal[1][k], self.normal[2][k]]
-    }
 }
 
 /// One triangle met by a ray.

@@ -15,12 +15,14 @@
 //!    lets it grow.
 //!
 //! So a plate reads its thickness on its sides, on its rim and at its corners, a bar its width also on its ends, a
-//! sphere its diameter, a wedge sharper than 65 degrees the sphere between its sides (and 0 on its edge), a blunter
-//! corner, such as that of a tetrahedron, the sphere that fits the body behind it. The sphere depends on where the
-//! surface is, not on how it is cut into triangles.
+//! sphere its diameter, a wedge sharper than 65 degrees the sphere between its sides, a blunter corner, such as that of
+//! a tetrahedron, the sphere that fits the body behind it. On the edge of a sharp wedge, where the sphere between its
+//! sides has no size, its two sides do not hold the sphere, and it slides out of the wedge: the body behind the blade
+//! counts. At a concave edge there is a sphere on each side, and the smaller one counts. The sphere depends on where
+//! the surface is, not on how it is cut into triangles.
 
 use super::bvh::{RayMesh, SAME_SURFACE, dot, sub};
-use super::contact::{Contact, Contacts};
+use super::contact::{Contact, Contacts, HELD};
 use super::exposed::Exposed;
 use super::lanes::{Lanes, Work, with_best};
 use super::nearest::Growth;
@@ -45,6 +47,10 @@ const PROGRESS: f64 = 1e-3;
 
 /// Corners are left in few steps; where a surface is so rough that they do not suffice, the last sphere is as good.
 const STEPS: usize = 40;
+
+/// Where nothing grows at a point, this share of the way to the centroids of its faces is tried, on this many faces.
+const ASIDE: [f64; 2] = [0.02, 0.3];
+const MOST_ASIDE: usize = 6;
 
 /// Points in one piece of parallel work.
 const CHUNK: usize = 256;
@@ -71,6 +77,12 @@ enum Outcome {
     Buried,
     Open,
     Degenerate,
+}
+
+impl Outcome {
+    fn is_sphere(self) -> bool {
+        matches!(self, Outcome::Ball(_, r) if r >= SAME_SURFACE)
+    }
 }
 
 /// A mesh ready for measuring wall widths: the surface of the union of its shells.
@@ -240,17 +252,35 @@ impl<L: Lanes> Grower<'_, L> {
     fn grow(&mut self, p: [f64; 3], faces: &[u32]) -> Outcome {
         let mut starts = std::mem::take(&mut self.starts);
         let mut outcome = Outcome::Degenerate;
-        let mut all = Vec::new();
-        for attempt in 0..2 {
-            if !starts.find(self.mesh, p, if attempt == 0 { faces } else { &all }) {
+        let mut other = Vec::new();
+        // At the point; with faces that touch it without sharing it as a corner; on each face a little aside, for
+        // points where slivers leave nothing to rest on.
+        let asides = ASIDE.iter().flat_map(|&s| faces.iter().take(MOST_ASIDE).map(move |&f| (s, Some(f))));
+        for (share, aside) in [(0.0, None), (0.0, Some(u32::MAX))].into_iter().chain(asides) {
+            let mut at = p;
+            let on = match aside {
+                None => faces,
+                Some(u32::MAX) => {
+                    other = self.mesh.faces_at(p);
+                    &other
+                }
+                Some(face) => {
+                    let corners = self.mesh.corners(face);
+                    at = std::array::from_fn(|a| {
+                        p[a] + share * ((corners[0][a] + corners[1][a] + corners[2][a]) / 3.0 - p[a])
+                    });
+                    other.clear();
+                    other.push(face);
+                    &other
+                }
+            };
+            if starts.find(self.mesh, at, on) {
+                let found = self.smallest(at, &starts);
+                outcome = if outcome == Outcome::Degenerate || found.is_sphere() { found } else { outcome };
+            }
+            if outcome == Outcome::Degenerate || outcome.is_sphere() {
                 break;
             }
-            outcome = self.smallest(p, &starts);
-            if attempt > 0 || !matches!(outcome, Outcome::Ball(_, r) if r < SAME_SURFACE) {
-                break;
-            }
-            // Faces that touch the point without sharing it as a corner are in the way.
-            all = self.mesh.faces_at(p);
         }
         self.starts = starts;
         outcome
@@ -294,6 +324,7 @@ impl<L: Lanes> Grower<'_, L> {
             Some(exact) => r = exact,
         }
         let mut level = 0;
+        let mut beyond: Option<(f64, f64)> = None;
         for _ in 0..STEPS {
             // --- step 2: held, or nowhere to go?
             let v = self.contacts.fastest();
@@ -322,10 +353,18 @@ impl<L: Lanes> Grower<'_, L> {
                 }
                 level = level.min(1);
             } else if last {
+                // Stuck on the facets of a round surface, between where it is held and where it is not.
+                if let Some((cos, held)) = beyond.filter(|b| b.1 > r) {
+                    let now = self.before.most_opposed().0.max(HELD);
+                    r += (held - r) * (now - HELD) / (now - cos);
+                }
                 break;
             } else {
                 // Too far, or not far enough to matter: back, and with care.
-                level = SLACK.len() - 1;
+                if held {
+                    beyond = Some(self.contacts.most_opposed()).filter(|b| b.0 < HELD);
+                }
+                level += 1;
                 std::mem::swap(&mut self.contacts, &mut self.before);
             }
         }

@@ -80,7 +80,7 @@ TEST_CASE("subdivision changes nothing at the vertices that were there", "[print
 }
 
 TEST_CASE("the bounds hold D1 measured from every vertex", "[print]") {
-    const shapes::Mesh mesh = shapes::organic(6);
+    const shapes::Mesh mesh = shapes::organic(11);
     const Handle handle = plain(mesh);
     ar_compute_options how = print_options();
     how.d1_method = AR_D1_ALL_VERTICES;

@@ -1,7 +1,7 @@
 //! Draws a part coloured by what armesh measures:
 //!
 //! ```sh
-//! cargo run --release --example render -- PART OUT.png [--field ratio|d1|d2|face-d2|shell|plain] [--size 1200x800]
+//! cargo run --release --example render -- PART OUT.png [--field ratio|d1|d2|face-d2|shell|segment|plain] [--size 1200x800]
 //!     [--view iso|front|back|left|right|top|bottom|AZIMUTH,ELEVATION] [--range MIN,MAX] [--log] [--title TEXT]
 //! ```
 //!
@@ -15,6 +15,7 @@ use armesh::field;
 use armesh::io::{self, Limits};
 use armesh::job::{CancelToken, Job};
 use armesh::mesh::{MeshOptions, TriMesh};
+use armesh::segment::{SegmentOptions, segment};
 use image::{Image, Size};
 use palette::Scale;
 use raster::{Frame, Paint, View, render};
@@ -107,6 +108,12 @@ fn measure(args: &Args) -> Result<(TriMesh, Colours), Failure> {
     let colours = match args.field.as_str() {
         "plain" => Colours::Plain,
         "shell" => Colours::Shells(mesh.topology()?.shell_of_face.iter().map(|&s| i64::from(s)).collect()),
+        "segment" => {
+            let job = Job::new(0, None, CancelToken::default());
+            let options = SegmentOptions { measure: false, ..SegmentOptions::default() };
+            let found = job.run(None, || segment(&mesh, &options, &job))?;
+            Colours::Shells(found.face_segment.iter().map(|&s| i64::from(s)).collect())
+        }
         name => {
             let job = Job::new(0, None, CancelToken::default());
             let found = job.run(None, || field::compute(&mesh, &field::Options::default(), &job))?;
@@ -115,7 +122,11 @@ fn measure(args: &Args) -> Result<(TriMesh, Colours), Failure> {
                 "d1" => Colours::Vertices(found.d1, "D1"),
                 "d2" => Colours::Vertices(found.d2, "D2"),
                 "face-d2" => Colours::Faces(found.face_d2, "D2"),
-                other => return Err(format!("--field is ratio, d1, d2, face-d2, shell or plain, not {other}").into()),
+                other => {
+                    return Err(
+                        format!("--field is ratio, d1, d2, face-d2, shell, segment or plain, not {other}").into()
+                    );
+                }
             }
         }
     };

@@ -16,9 +16,10 @@ pub mod dual;
 pub mod finish;
 pub mod kmeans;
 pub mod measure;
+mod open;
 mod parts;
 pub mod patches;
-mod ring;
+pub mod ring;
 pub mod spectral;
 pub mod vsi;
 

@@ -83,9 +83,37 @@ class Check(unittest.TestCase):
     def test_limit_is_inclusive(self):
         out = self.dir / 'r.json'
         run(PART, '--json', out)
-        ratio = json.loads(out.read_text())['summary']['ratio_max']
+        report = json.loads(out.read_text())
+        ratio = max([report['summary']['ratio_max']] + [f['ratio'] for f in report['features']])
         self.assertEqual(run(PART, '--quiet', '--limit', repr(ratio)).returncode, 1)
         self.assertEqual(run(PART, '--quiet', '--limit', repr(math.nextafter(ratio, math.inf))).returncode, 0)
+
+    def test_features(self):
+        out, ply = self.dir / 'r.json', self.dir / 'f.ply'
+        p = run(PART, '--json', out, '--feature-ply', ply)
+        report = json.loads(out.read_text())
+        features, of_face = report['features'], report['face_feature']
+        self.assertEqual(report['report_schema'], 'armesh-report/1')
+        self.assertEqual(len(of_face), report['mesh']['faces'])
+        self.assertEqual(sorted(f['id'] for f in features), list(range(len(features))))
+        self.assertEqual(set(of_face), set(range(len(features))))
+        order = [('error', 'warning', 'ok').index(f['severity']) for f in features]
+        self.assertEqual(order, sorted(order))
+        for f in features:
+            self.assertAlmostEqual(f['ratio'], f['d1_max'] / f['d2_max'], 9)
+            self.assertEqual(f['severity'], 'error' if f['ratio'] >= 8 else 'warning' if f['ratio'] >= 5 else 'ok')
+            self.assertEqual(of_face.count(f['id']), f['faces'])
+        self.assertIn('Features: %d' % len(features), p.stdout)
+        self.assertTrue(ply.read_bytes().startswith(b'ply'))
+
+    def test_least_width_is_inclusive(self):
+        part, out = self.dir / 'cube.stl', self.dir / 'r.json'
+        part.write_bytes(box(10, 10, 10))
+        run(part, '--json', out)
+        (cube,) = json.loads(out.read_text())['features']
+        least = cube['d2_min']
+        self.assertEqual(run(part, '--quiet', '--min-width', repr(least)).returncode, 1)
+        self.assertEqual(run(part, '--quiet', '--min-width', repr(math.nextafter(least, 0))).returncode, 0)
 
     def test_quiet_says_nothing(self):
         p = run(PART, '--quiet')

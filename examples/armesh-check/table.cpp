@@ -112,9 +112,13 @@ std::string to_table(const Report &report) {
     out += '\n';
     features(out, report);
     const bool part = report.summary.ratio_max >= report.args.limit;
-    line(out, "\n%s: slenderness of the part %s is %s the limit of %s  (%.2f s)", report.over() ? "NOT OK" : "ok",
-         shown(report.summary.ratio_max).c_str(), part ? "at or over" : "under", shown(report.args.limit).c_str(),
-         report.summary.seconds);
+    bool slender = part;
+    for (const Feature &f : report.features) {
+        slender = slender || f.ratio >= report.args.limit;
+    }
+    line(out, "\n%s: slenderness of the part %s is %s the limit of %s  (%.2f s)",
+         slender ? "TOO SLENDER" : report.over() ? "TOO THIN" : "ok", shown(report.summary.ratio_max).c_str(),
+         part ? "at or over" : "under", shown(report.args.limit).c_str(), report.summary.seconds);
     return out;
 }
 

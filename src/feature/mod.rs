@@ -1,7 +1,7 @@
 //! Features: what a person would point at, with what they measure.
 //!
 //! The walk: the segments of [`crate::segment`] → [`widths`] at places spread over them → [`merge`] (what lies back to back is
-//! one wall) → measures of each: [`lengths`], widths, [`kind`] → judged by [`limits`] → [`report`].
+//! one wall) → [`split`] (thin walls flush with their body) → measures of each: [`lengths`], widths, [`kind`] → judged by [`limits`] → [`report`].
 //!
 //! A feature's slenderness is D1max / D2max: the longest shortest way on its own surface over its thickness. Its thickness
 //! is the width of the solid there where both sides belong to the feature, so that neither the fillet at its foot nor
@@ -12,6 +12,7 @@ pub mod lengths;
 pub mod limits;
 pub mod merge;
 pub mod report;
+pub mod split;
 pub mod widths;
 
 use crate::error::{Error, Result, try_vec};
@@ -120,7 +121,10 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let places = widths::places(positions, &triangles, &rays, &walls, &segments, job)?;
     // --- segments back to back are one
     let joined = merge::back_to_back(positions, &triangles, &segments, &places);
-    let face_feature = numbered(positions, &triangles, &segments, &joined)?;
+    let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();
+    // --- thin walls on thick bodies without a crease between
+    let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places);
+    let face_feature = numbered(positions, &triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures
     let mut by_feature: Vec<Vec<&Place>> = vec![Vec::new(); members.len()];
@@ -137,20 +141,23 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     Ok(Features { face_feature, features })
 }
 
-/// Joined segments numbered by falling area, of equals by the first face.
-fn numbered(positions: &[Vec3], triangles: &[[u32; 3]], segment: &[u32], joined: &[u32]) -> Result<Vec<u32>> {
-    let mut area = vec![0.0; joined.len()];
+/// Parts numbered by falling area, equal ones as they were.
+fn numbered(positions: &[Vec3], triangles: &[[u32; 3]], part: &[u32]) -> Result<Vec<u32>> {
+    let n = part.iter().map(|p| *p as usize + 1).max().unwrap_or(0);
+    let mut area = vec![0.0; n];
+    let mut used = vec![false; n];
     for (f, &t) in triangles.iter().enumerate() {
-        area[joined[segment[f] as usize] as usize] += norm(area_vector(corners(positions, t)));
+        area[part[f] as usize] += norm(area_vector(corners(positions, t)));
+        used[part[f] as usize] = true;
     }
     // segments are numbered by falling area, and equal ones by position: that order is kept between equals
     let total: f64 = area.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let mut order: Vec<usize> = (0..joined.len()).filter(|&k| joined[k] as usize == k).collect();
+    let mut order: Vec<usize> = (0..n).filter(|&k| used[k]).collect();
     order.sort_by_key(|&k| -((area[k] / total * 1e7).round() as i64));
-    let mut number = vec![0u32; joined.len()];
+    let mut number = vec![0u32; n];
     order.iter().enumerate().for_each(|(n, &k)| number[k] = n as u32);
-    let mut out = try_vec(segment.len(), "features")?;
-    out.extend(segment.iter().map(|&s| number[joined[s as usize] as usize]));
+    let mut out = try_vec(part.len(), "features")?;
+    out.extend(part.iter().map(|&p| number[p as usize]));
     Ok(out)
 }
 

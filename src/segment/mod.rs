@@ -16,7 +16,6 @@ pub mod dual;
 pub mod finish;
 pub mod kmeans;
 pub mod measure;
-mod open;
 mod parts;
 pub mod patches;
 pub mod ring;

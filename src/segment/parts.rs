@@ -4,7 +4,6 @@ use super::affinity::{Graph, step_weights};
 use super::cut::contract;
 use super::dual::Dual;
 use super::finish::NEUTRAL;
-use super::open;
 use super::patches::{Border, Patches};
 use super::spectral::{Embedding, MOST, embed_all, embed_sampled};
 use super::vsi::Images;
@@ -74,7 +73,7 @@ pub fn by_creases(
     let best = starts.into_iter().min_by(|a, b| misfit(&a.1).cmp(&misfit(&b.1)).then(a.0.total_cmp(&b.0)));
     let mut region = best.map_or(Vec::new(), |b| b.1);
     if count.is_none() {
-        region = open::cut_along_open_creases(&pulls, reunited(&region, &over, &across)?, job)?;
+        region = reunited(&region, &over, &across)?;
     }
     Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
 }

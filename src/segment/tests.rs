@@ -1,4 +1,4 @@
-use super::testshapes::{Composite, adjusted_rand, composites, cross_of_tubes, dumbbell, mug, plate_with_pins, t_beam};
+use super::testshapes::{Composite, adjusted_rand, composites, dumbbell, plate_with_pins, t_beam};
 use super::*;
 use crate::job::CancelToken;
 use crate::mesh::measure::scale;
@@ -69,26 +69,6 @@ fn the_methods_agree_at_equal_number_of_parts() {
         let default = adjusted_rand(&paper, &creases);
         eprintln!("{}: paper-landmarks {sampled:.3} paper-creases {default:.3}", shape.name);
         assert!(sampled >= 0.9, "{}: {sampled}", shape.name);
-    }
-}
-
-/// How well each criterion finds the number of parts: printed, for the documentation.
-#[test]
-#[ignore = "a table, not a check"]
-fn criteria_compared() {
-    for shape in [dumbbell(1.5), t_beam(1.5), plate_with_pins(1.5), cross_of_tubes(1.0), mug(1.0)] {
-        let count = shape.label.iter().max().unwrap() + 1;
-        let line = |name: &str, options: SegmentOptions| {
-            let out = run(&shape, &options);
-            let (n, index) = (out.segments.len(), adjusted_rand(&out.face_segment, &shape.label));
-            println!("{:16} {name:28} {n:3} of {count} segments, index {index:.3}", shape.name);
-        };
-        line("creases", partition_only());
-        let method = Method::Landmarks;
-        line("landmarks, number given", SegmentOptions { method, count: Some(count), ..partition_only() });
-        for criterion in [Criterion::Eigengap, Criterion::Silhouette, Criterion::Creases] {
-            line(&format!("landmarks, {criterion:?}"), SegmentOptions { method, criterion, ..partition_only() });
-        }
     }
 }
 

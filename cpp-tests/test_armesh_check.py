@@ -49,6 +49,44 @@ def box(x, y, z, n=6):
     return out
 
 
+SCHEMA = json.loads((pathlib.Path(__file__).resolve().parent.parent / 'docs' / 'report-schema.json').read_text())
+TYPES = {'object': dict, 'array': list, 'string': str, 'number': (int, float), 'integer': int, 'null': type(None)}
+
+
+def faults(value, schema, at='$'):
+    """What a JSON value has against a JSON schema; of the keywords those that the report's schema uses."""
+    out = []
+    for key, rule in schema.items():
+        if key == '$ref':
+            out += faults(value, SCHEMA['$defs'][rule.rsplit('/', 1)[1]], at)
+        elif key == 'type':
+            types = [rule] if isinstance(rule, str) else rule
+            if isinstance(value, bool) or not any(isinstance(value, TYPES[t]) for t in types):
+                out.append(f'{at}: not {rule}')
+        elif key == 'const':
+            out += [] if value == rule else [f'{at}: not {rule}']
+        elif key == 'enum':
+            out += [] if value in rule else [f'{at}: none of {rule}']
+        elif key == 'minimum':
+            out += [f'{at}: below {rule}'] if isinstance(value, (int, float)) and value < rule else []
+        elif key == 'items' and isinstance(value, list):
+            out += [f for i, v in enumerate(value) for f in faults(v, rule, f'{at}[{i}]')]
+        elif key in ('minItems', 'maxItems') and isinstance(value, list):
+            out += [f'{at}: {len(value)} items'] if (len(value) < rule if key == 'minItems' else len(value) > rule) else []
+        elif key == 'uniqueItems':
+            out += [] if len(set(value)) == len(value) else [f'{at}: repeats']
+        elif key == 'required' and isinstance(value, dict):
+            out += [f'{at}: no {k}' for k in rule if k not in value]
+        elif key == 'properties' and isinstance(value, dict):
+            out += [f for k, r in rule.items() if k in value for f in faults(value[k], r, f'{at}.{k}')]
+        elif key == 'additionalProperties' and isinstance(value, dict):
+            out += [f'{at}: {k} is not known' for k in value if k not in schema['properties']]
+        elif key not in ('$schema', '$defs', 'title', 'description', 'items', 'minItems', 'maxItems', 'required',
+                         'properties', 'additionalProperties'):
+            raise ValueError(f'the validator does not know {key}')
+    return out
+
+
 class Check(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -93,7 +131,9 @@ class Check(unittest.TestCase):
         p = run(PART, '--json', out, '--feature-ply', ply)
         report = json.loads(out.read_text())
         features, of_face = report['features'], report['face_feature']
-        self.assertEqual(report['report_schema'], 'armesh-report/1')
+        self.assertEqual(faults(report, SCHEMA), [])
+        self.assertNotEqual(faults({**report, 'features': [{**features[0], 'kind': 'thing'}]}, SCHEMA), [])
+        self.assertNotEqual(faults({**report, 'features': [{**features[0], 'more': 1}]}, SCHEMA), [])
         self.assertEqual(len(of_face), report['mesh']['faces'])
         self.assertEqual(sorted(f['id'] for f in features), list(range(len(features))))
         self.assertEqual(set(of_face), set(range(len(features))))

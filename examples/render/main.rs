@@ -129,9 +129,10 @@ fn measure(args: &Args) -> Result<(TriMesh, Colours), Failure> {
                 "d2" => Colours::Vertices(found.d2, "D2"),
                 "face-d2" => Colours::Faces(found.face_d2, "D2"),
                 other => {
-                    return Err(
-                        format!("--field is ratio, d1, d2, face-d2, shell, segment, feature or plain, not {other}").into()
-                    );
+                    return Err(format!(
+                        "--field is ratio, d1, d2, face-d2, shell, segment, feature or plain, not {other}"
+                    )
+                    .into());
                 }
             }
         }

@@ -114,7 +114,9 @@ fn facing(positions: &[Vec3], triangles: &[[u32; 3]]) -> Option<[Vec3; 3]> {
             }
         }
     }
-    let most = |from: &mut dyn Iterator<Item = &(Vec3, f64)>| from.fold((None, 0.0), |m, s| if s.1 > m.1 * (1.0 + 1e-9) { (Some(s.0), s.1) } else { m }).0;
+    let most = |from: &mut dyn Iterator<Item = &(Vec3, f64)>| {
+        from.fold((None, 0.0), |m, s| if s.1 > m.1 * (1.0 + 1e-9) { (Some(s.0), s.1) } else { m }).0
+    };
     let a = most(&mut sums.iter())?;
     let b = most(&mut sums.iter().filter(|s| dot(s.0, a).abs() < 1e-3))?;
     let c = cross(a, b);

@@ -115,7 +115,8 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
     }
     // --- from wherever the way could still be longer
     for k in 0..SOURCES.1 {
-        let Some(next) = (0..n).filter(|&k| !search.used[k]).max_by(|&a, &b| search.upper[a].total_cmp(&search.upper[b]))
+        let Some(next) =
+            (0..n).filter(|&k| !search.used[k]).max_by(|&a, &b| search.upper[a].total_cmp(&search.upper[b]))
         else {
             break;
         };

@@ -31,8 +31,11 @@ impl Features {
     /// `face_feature` (one id for each triangle of the input in its order, -1 for none). Lengths in model units; null
     /// where there is no value.
     pub fn to_json(&self, mesh: &TriMesh, limits: &ProcessLimits, unit: Option<&str>) -> String {
-        let features: Vec<Value> =
-            self.by_severity(limits).into_iter().map(|(id, verdict)| feature(id, verdict, &self.features[id])).collect();
+        let features: Vec<Value> = self
+            .by_severity(limits)
+            .into_iter()
+            .map(|(id, verdict)| feature(id, verdict, &self.features[id]))
+            .collect();
         let report = json!({
             "report_schema": SCHEMA,
             "unit": unit,
@@ -57,9 +60,7 @@ impl Features {
         let mut all: Vec<(usize, Verdict)> =
             self.features.iter().enumerate().map(|(id, f)| (id, limits.judge(f))).collect();
         let ratio = |id: usize| if self.features[id].ratio.is_nan() { -1.0 } else { self.features[id].ratio };
-        all.sort_by(|a, b| {
-            b.1.severity.cmp(&a.1.severity).then(ratio(b.0).total_cmp(&ratio(a.0))).then(a.0.cmp(&b.0))
-        });
+        all.sort_by(|a, b| b.1.severity.cmp(&a.1.severity).then(ratio(b.0).total_cmp(&ratio(a.0))).then(a.0.cmp(&b.0)));
         all
     }
 

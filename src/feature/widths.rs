@@ -84,7 +84,14 @@ pub fn places(
     for i in 0..points.len() {
         let way = norm(ways[i]).max(f64::MIN_POSITIVE);
         let across = add(found.centre[i], scale(ways[i], met[i].distance / way));
-        let place = Place { at: points[i], face: faces[i], area: weights[i], width: found.width[i], across, facing: met[i].face };
+        let place = Place {
+            at: points[i],
+            face: faces[i],
+            area: weights[i],
+            width: found.width[i],
+            across,
+            facing: met[i].face,
+        };
         out.push(place);
     }
     Ok(out)

@@ -1,10 +1,10 @@
 //! What a segment measures: length and width, how they are spread, where they are, and what it borders on.
 
 use super::SegmentOptions;
+use super::reach::reach;
 use super::ring::{handles, is_ring};
-use crate::error::{Error, Result, try_filled, try_vec};
-use crate::geodesic::eccentricity::{Targets, eccentricity};
-use crate::geodesic::{HeatOptions, HeatSolver, Mode};
+use crate::error::{Error, Result, try_vec};
+use crate::geodesic::{HeatOptions, HeatSolver};
 use crate::job::{Job, Stage};
 use crate::mesh::measure::{Vec3, add, area, bounding_box, corners, distance, scale, sub};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
@@ -14,13 +14,13 @@ use crate::thickness::chords::first_met;
 use crate::thickness::wall::WallMesh;
 use rayon::prelude::*;
 
-/// Relative gap to which D1 of a segment's vertices is certified: usually, and where the surface has so many vertices that
-/// every source takes its time and memory. The values themselves are far closer, being distances to the farthest point found.
-const TOLERANCE: (f64, f64) = (0.05, 0.25);
-/// Number of vertices that are many.
-const MANY: usize = 60_000;
 /// Places where the width of a segment is measured: at least, and for the whole part.
 const PLACES: (usize, usize) = (40, 6000);
+/// One place in this many is measured first; on a sphere, whose walls touch everywhere, a place takes long.
+const FEW: usize = 8;
+/// Where that many places agree to this share, those in between are not measured.
+const ENOUGH: usize = 100;
+const EVEN: f64 = 0.01;
 /// Vertices that the surface of a segment is refined to: at least, and for the whole part.
 const VERTICES: (usize, usize) = (1500, 8000);
 
@@ -239,28 +239,66 @@ fn widths(
     }
     first.push(points.len());
     drop(surface);
-    // --- their widths, and from the sphere's centre straight away from the point to the wall that holds it
+    // --- a few of them first: where all walls are equally wide, those will do
     job.begin(Stage::Thickness, 0.5, 0.7, 2 * points.len() as u64)?;
-    let walls = WallMesh::new(mesh.positions(), triangles, job)?.point_widths(&points, &parents, job)?;
-    let ways: Vec<Vec3> = walls.centre.iter().zip(&points).map(|(c, p)| sub(*c, *p)).collect();
-    let met = first_met(rays, &walls.centre, &ways, None, job)?;
-    for (k, segment) in out.iter_mut().enumerate() {
-        let of = |i: usize| {
-            let own = label.get(met[i].face as usize) == Some(&(k as u32));
-            Sample { width: walls.width[i], area: weights[i], at: i as u32, own }
+    let walls = WallMesh::new(mesh.positions(), triangles, job)?;
+    let measured = |of: &[usize]| -> Result<Vec<Sample>> {
+        let at: Vec<Vec3> = of.iter().map(|&i| points[i]).collect();
+        let on: Vec<u32> = of.iter().map(|&i| parents[i]).collect();
+        let found = walls.point_widths(&at, &on, job)?;
+        // from the sphere's centre straight away from the point to the wall that holds it
+        let ways: Vec<Vec3> = found.centre.iter().zip(&at).map(|(c, p)| sub(*c, *p)).collect();
+        let met = first_met(rays, &found.centre, &ways, None, job)?;
+        let sample = |(k, &i): (usize, &usize)| {
+            let own = label.get(met[k].face as usize) == label.get(parents[i] as usize);
+            Sample { width: found.width[k], area: weights[i], at: i as u32, own }
         };
-        let mut samples: Vec<Sample> = (first[k]..first[k + 1]).map(of).filter(|s| s.width.is_finite()).collect();
-        if samples.iter().any(|s| s.own) {
-            samples.retain(|s| s.own);
-        }
-        spread(segment, samples, &points);
+        Ok(of.iter().enumerate().map(sample).collect())
+    };
+    let few: Vec<usize> = first.windows(2).flat_map(|w| (w[0]..w[1]).step_by(FEW)).collect();
+    let mut samples = by_segment(measured(&few)?, &first);
+    let uneven: Vec<bool> = samples.par_iter().map(|s| !is_even(s)).collect();
+    let rest = (0..out.len()).filter(|&k| uneven[k]).flat_map(|k| first[k]..first[k + 1]);
+    let rest: Vec<usize> = rest.filter(|i| few.binary_search(i).is_err()).collect();
+    for (all, more) in samples.iter_mut().zip(by_segment(measured(&rest)?, &first)) {
+        all.extend(more);
+    }
+    for (segment, samples) in out.iter_mut().zip(samples) {
+        spread(segment, counted(samples), &points);
     }
     Ok(())
 }
 
-/// Largest, smallest, mean and median of D2.
-fn spread(segment: &mut Segment, mut samples: Vec<Sample>, points: &[Vec3]) {
+/// Samples by segment; those of segment k are numbered from `first[k]`.
+fn by_segment(samples: Vec<Sample>, first: &[usize]) -> Vec<Vec<Sample>> {
+    let mut out: Vec<Vec<Sample>> = Vec::new();
+    out.resize_with(first.len() - 1, Vec::new);
+    for sample in samples {
+        out[first.partition_point(|&i| i <= sample.at as usize) - 1].push(sample);
+    }
+    out
+}
+
+/// The samples that count, by width.
+fn counted(mut samples: Vec<Sample>) -> Vec<Sample> {
+    samples.retain(|s| s.width.is_finite());
+    if samples.iter().any(|s| s.own) {
+        samples.retain(|s| s.own);
+    }
     samples.sort_unstable_by(|a, b| a.width.total_cmp(&b.width).then(a.at.cmp(&b.at)));
+    samples
+}
+
+/// Whether no wall is wider than half of them are, and hardly one narrower.
+fn is_even(samples: &[Sample]) -> bool {
+    let mut width: Vec<f64> = samples.iter().filter(|s| s.own && s.width.is_finite()).map(|s| s.width).collect();
+    width.sort_unstable_by(f64::total_cmp);
+    let n = width.len();
+    n >= ENOUGH && width[n - 1] <= (1.0 + EVEN) * width[n / 2] && width[n / 20] >= (1.0 - EVEN) * width[n / 2]
+}
+
+/// Largest, smallest, mean and median of D2, from samples by width.
+fn spread(segment: &mut Segment, samples: Vec<Sample>, points: &[Vec3]) {
     let total: f64 = samples.iter().map(|s| s.area).sum();
     let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return };
     segment.d2_mean = samples.iter().map(|s| s.width * s.area).sum::<f64>() / total;
@@ -289,17 +327,12 @@ fn lengths(
     let wanted = SurfaceOptions { target_vertices: target, edge_length: None, max_added: 4 * target };
     let surface = AnalysisSurface::refine(&own_positions, &own, &wanted, job)?;
     let solver = HeatSolver::new(&surface.intrinsic(job)?, HeatOptions::default(), job)?;
-    let all = try_filled(surface.positions.len(), true, "lengths of segments")?;
-    let targets = Targets { ask: &all, far: &all };
-    let tolerance = if surface.positions.len() > MANY { TOLERANCE.1 } else { TOLERANCE.0 };
-    let mode = Mode::Certified { tolerance };
-    let found = eccentricity(&solver, &surface.positions, targets, mode, job)?;
-
-    // --- D1max and its ends; several components hang together by corners only: the longest counts
-    let longest = found.longest.iter().copied().filter(|l| l.1[0] != NONE && l.1[1] != NONE);
-    let Some((_, ends)) = longest.reduce(|a, b| if b.0 > a.0 { b } else { a }) else { return Ok(()) };
-    segment.d1_max = found.distance.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
-    segment.d1_ends = ends.map(|v| surface.positions[v as usize]);
+    let found = reach(&solver, &surface.positions, job)?;
+    if found.ends.contains(&NONE) {
+        return Ok(());
+    }
+    segment.d1_max = found.longest;
+    segment.d1_ends = found.ends.map(|v| surface.positions[v as usize]);
     let (mut sum, mut weight) = (0.0, 0.0);
     for &t in &surface.triangles {
         let a = area(corners(&surface.positions, t));
@@ -314,7 +347,7 @@ fn lengths(
     // --- closed ring
     if segment.handles > 0 {
         let mut scratch = solver.scratch()?;
-        let field = solver.solve(&[&[ends[0]]], &mut scratch)?;
+        let field = solver.solve(&[&[found.ends[0]]], &mut scratch)?;
         segment.ring = is_ring(&surface.positions, &surface.triangles, field);
         if segment.ring {
             segment.loop_length = 2.0 * segment.d1_max;

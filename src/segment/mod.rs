@@ -18,6 +18,7 @@ pub mod kmeans;
 pub mod measure;
 mod parts;
 pub mod patches;
+mod reach;
 pub mod ring;
 pub mod spectral;
 pub mod vsi;

@@ -2,7 +2,7 @@
 //! `obvhs`, which builds the binary tree that is folded into ours.
 
 use super::lanes::{Lanes, Ray};
-use super::tree::{Block, Hit, LEAF, Node, Stack, Tree};
+use super::tree::{Block, Hit, LEAF, NO_FACE, Node, Slab, Stack, Tree};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use obvhs::aabb::Aabb;
@@ -333,6 +333,7 @@ impl<'a> Folder<'a> {
         let out = Tree {
             nodes: try_vec(faces.len() / 8 + 8, "nodes of the ray tree")?,
             blocks: try_vec(faces.len() / 2 + 8, "blocks of the ray tree")?,
+            slabs: Vec::new(),
         };
         Ok(Folder { mesh, binary, faces, count, cost, out })
     }
@@ -370,6 +371,7 @@ impl<'a> Folder<'a> {
             }
             todo[base..].reverse();
         }
+        self.out.slabs = find_slabs(&self.out)?;
         Ok(self.out)
     }
 
@@ -428,4 +430,77 @@ impl<'a> Folder<'a> {
         }
         self.out.blocks.push(block);
     }
+}
+
+/// What lies below one child of a node.
+#[derive(Debug, Clone, Copy)]
+struct Below {
+    /// The blocks, which follow each other because the tree is laid out depth first: the first, and the last.
+    blocks: (u32, u32),
+    /// Normals times twice the areas, summed.
+    normal: [f64; 3],
+}
+
+impl Below {
+    const NOTHING: Below = Below { blocks: (u32::MAX, 0), normal: [0.0; 3] };
+
+    fn block(blocks: &[Block], id: u32) -> Below {
+        let block = &blocks[id as usize];
+        let normal = (0..4).filter(|&k| block.face[k] != NO_FACE).fold([0.0; 3], |sum, k| {
+            let [a, b, c] = block.corners(k);
+            along(sum, 1.0, cross(sub(b, a), sub(c, a)))
+        });
+        Below { blocks: (id, id), normal }
+    }
+
+    fn and(self, other: Below) -> Below {
+        let (a, b) = (self.blocks, other.blocks);
+        Below { blocks: (a.0.min(b.0), a.1.max(b.1)), normal: along(self.normal, 1.0, other.normal) }
+    }
+}
+
+/// Children of more blocks than this have no slab: they are seldom flat, and finding it takes a look at all blocks.
+const SLAB_BLOCKS: u32 = 1024;
+
+/// The slabs of all nodes.
+fn find_slabs(tree: &Tree) -> Result<Vec<Slab>> {
+    // Children come after their parents.
+    let mut below = try_filled(tree.nodes.len(), Below::NOTHING, "slabs of the ray tree")?;
+    let of = |below: &[Below], child: u32| match child {
+        0 => Below::NOTHING, // nothing leads back to the root: this place is empty
+        c if c & LEAF != 0 => Below::block(&tree.blocks, c & !LEAF),
+        c => below[c as usize],
+    };
+    for at in (0..tree.nodes.len()).rev() {
+        below[at] = tree.nodes[at].child.iter().fold(Below::NOTHING, |sum, &child| sum.and(of(&below, child)));
+    }
+    let mut slabs = try_filled(tree.nodes.len(), Slab::EMPTY, "slabs of the ray tree")?;
+    slabs.par_iter_mut().zip(&tree.nodes).for_each(|(slab, node)| {
+        for (k, &child) in node.child.iter().enumerate() {
+            fill_slab(slab, k, &tree.blocks, of(&below, child));
+        }
+    });
+    Ok(slabs)
+}
+
+fn fill_slab(slab: &mut Slab, k: usize, blocks: &[Block], below: Below) {
+    let length = dot(below.normal, below.normal).sqrt();
+    let few = below.blocks.0 <= below.blocks.1 && below.blocks.1 - below.blocks.0 < SLAB_BLOCKS;
+    if !few || !(length > 1e-30) {
+        return;
+    }
+    // As it is used: in single precision, and so not quite of unit length.
+    let axis = below.normal.map(|x| (x / length) as f32);
+    let n = axis.map(|x| x as f64);
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for block in &blocks[below.blocks.0 as usize..=below.blocks.1 as usize] {
+        for lane in (0..4).filter(|&lane| block.face[lane] != NO_FACE) {
+            for corner in block.corners(lane) {
+                let h = dot(n, corner);
+                (lo, hi) = (lo.min(h), hi.max(h));
+            }
+        }
+    }
+    (0..3).for_each(|a| slab.axis[a][k] = axis[a]);
+    (slab.lo[k], slab.hi[k]) = (lo as f32 - 1.5 * PADDING, hi as f32 + 1.5 * PADDING);
 }

@@ -2,7 +2,7 @@
 
 use super::bvh::{RayMesh, cross, dot, sub};
 use super::nearest::{closest_on_segment, closest_on_triangle};
-use super::tree::Block;
+use super::tree::{Block, Node, Slab};
 
 /// Cosine of the angle between two contacts, seen from the centre, from which on they hold the sphere: 115 degrees.
 pub(super) const HELD: f64 = -0.422_618_261_740_699_44;
@@ -43,6 +43,119 @@ impl Contact {
 /// Cosine of the angle to the normal up to which a face is met squarely (2 degrees).
 pub(super) const SQUARE: f64 = 0.9994;
 
+/// Contacts side by side, in single precision.
+#[derive(Debug, Clone)]
+struct Seen {
+    eights: [Eight; MOST.div_ceil(8)],
+    /// How many of them are in use.
+    full: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+struct Eight {
+    /// As [`Contact::up`].
+    up: [[f32; 8]; 3],
+    /// Where they are.
+    at: [[f32; 8]; 3],
+    /// Surface this near or nearer does not count as further away than the contact; infinite where there is none.
+    d: [f32; 8],
+}
+
+impl Eight {
+    #[inline(always)]
+    fn cosines(&self, up: [f32; 3]) -> [f32; 8] {
+        let mut cos = [0.0; 8];
+        for k in 0..8 {
+            cos[k] = up[0] * self.up[0][k] + up[1] * self.up[1][k] + up[2] * self.up[2][k];
+        }
+        cos
+    }
+
+    const NONE: Eight = Eight { up: [[0.0; 8]; 3], at: [[0.0; 8]; 3], d: [f32::INFINITY; 8] };
+}
+
+impl Default for Seen {
+    fn default() -> Seen {
+        Seen { eights: [Eight::NONE; MOST.div_ceil(8)], full: 0 }
+    }
+}
+
+impl Seen {
+    /// Sets the contact number `i`; the numbers before it are taken.
+    #[inline(always)]
+    fn set(&mut self, i: usize, contact: &Contact, rough: f64, c: [f64; 3]) {
+        if i / 8 >= self.full {
+            self.full = i / 8 + 1;
+            self.eights[i / 8] = Eight::NONE;
+        }
+        let eight = &mut self.eights[i / 8];
+        for a in 0..3 {
+            eight.up[a][i % 8] = contact.up[a] as f32;
+            eight.at[a][i % 8] = (c[a] - contact.d * contact.up[a]) as f32;
+        }
+        eight.d[i % 8] = (contact.d * rough) as f32;
+    }
+
+    /// The first contact in nearly the same direction.
+    #[inline(always)]
+    fn along(&self, up: [f32; 3], same: f32) -> Option<usize> {
+        for i in 0..self.full.min(self.eights.len()) {
+            let cos = self.eights[i].cosines(up);
+            let mut mask = 0u32;
+            for k in 0..8 {
+                mask |= ((cos[k] > same) as u32) << k;
+            }
+            if mask != 0 {
+                return Some(8 * i + mask.trailing_zeros() as usize);
+            }
+        }
+        None
+    }
+
+    /// Whether what lies beyond a plane at the distance `h`, with its normal `up` towards the centre, need not be seen.
+    #[inline(always)]
+    fn covers_plane(&self, up: [f32; 3], h: f32, sure: f32) -> bool {
+        for i in 0..self.full.min(self.eights.len()) {
+            let cos = self.eights[i].cosines(up);
+            let mut any = false;
+            for k in 0..8 {
+                any |= (cos[k] > sure) & (h >= self.eights[i].d[k]);
+            }
+            if any {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether a box, whose nearest place is at the squared distance `d2`, need not be seen: all of it is about one
+    /// contact, within the square root of `chord` times its distance.
+    #[inline(always)]
+    fn covers_box(&self, bounds: &[f32; 6], d2: f32, chord: f32) -> bool {
+        for i in 0..self.full.min(self.eights.len()) {
+            let eight = &self.eights[i];
+            let mut far2 = [0.0f32; 8];
+            for a in 0..3 {
+                for k in 0..8 {
+                    let (below, above) = (eight.at[a][k] - bounds[a], bounds[a + 3] - eight.at[a][k]);
+                    let far = if below > above { below } else { above };
+                    far2[k] += far * far;
+                }
+            }
+            let mut any = false;
+            for k in 0..8 {
+                let own2 = eight.d[k] * eight.d[k];
+                any |= (d2 >= own2) & (far2[k] < chord * own2);
+            }
+            if any {
+                return true;
+            }
+        }
+        false
+    }
+}
+
 /// All of them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Contacts {
@@ -55,6 +168,8 @@ pub(super) struct Contacts {
     rough: f64,
     /// Cosine of what is left of that angle beyond the disk.
     sure: f64,
+    /// The list, for quick looks.
+    seen: Seen,
 }
 
 impl Contacts {
@@ -71,21 +186,41 @@ impl Contacts {
     /// In which lanes of `block`, whose planes are at the signed `heights`, no look is needed: where a known contact is
     /// at hand, the triangle can only touch further away (or hardly nearer) and in nearly the same direction.
     #[inline(always)]
-    pub fn cover(&self, block: &Block, heights: &[f64; 4]) -> [bool; 4] {
-        let mut most = [f64::NEG_INFINITY; 4];
-        for contact in &self.list {
-            let d = contact.d * self.rough;
-            for k in 0..4 {
-                let h = heights[k].abs();
-                let cos = contact.up[0] * block.normal[0][k]
-                    + contact.up[1] * block.normal[1][k]
-                    + contact.up[2] * block.normal[2][k];
-                let cos = if heights[k] > 0.0 { cos } else { -cos };
-                let cos = if h >= d { cos } else { -1.0 };
-                most[k] = if cos > most[k] { cos } else { most[k] };
+    pub fn cover(&self, block: &Block, heights: &[f64; 4], near: &mut [bool; 4]) {
+        for k in 0..4 {
+            if near[k] {
+                let towards = if heights[k] > 0.0 { 1.0 } else { -1.0 };
+                let up = std::array::from_fn(|a| (towards * block.normal[a][k]) as f32);
+                near[k] = !self.seen.covers_plane(up, heights[k].abs() as f32, self.sure as f32);
             }
         }
-        most.map(|cos| cos > self.sure)
+    }
+
+    /// As [`Contacts::cover`], for what lies in the boxes of a node and between its planes: at the signed distances
+    /// `gaps`, and at the squared distances `d2` or further. Of the children in `mask`, those that need a look.
+    #[inline(always)]
+    pub fn uncovered(&self, (node, slab): (&Node, &Slab), gaps: &[f32; 8], d2: &[f32; 8], mask: u32) -> u32 {
+        let (sure, chord) = (self.sure as f32, (0.9 * (2.0 - 2.0 * self.same)) as f32);
+        let (mut left, mut out) = (mask, 0);
+        while left != 0 {
+            let k = (left.trailing_zeros() & 7) as usize;
+            left &= left - 1;
+            let towards = if gaps[k] > 0.0 { 1.0 } else { -1.0 };
+            let up = std::array::from_fn(|a| towards * slab.axis[a][k]);
+            let bounds = std::array::from_fn(|a| node.bounds[a][k]);
+            let covered =
+                self.seen.covers_plane(up, gaps[k].abs(), sure) || self.seen.covers_box(&bounds, d2[k], chord);
+            out |= (!covered as u32) << k;
+        }
+        out
+    }
+
+    /// Prepares for [`Contacts::cover`], [`Contacts::uncovered`] and [`Contacts::add`] about the centre `c`.
+    pub fn start_search(&mut self, c: [f64; 3]) {
+        self.seen.full = 0;
+        for (i, contact) in self.list.iter().enumerate() {
+            self.seen.set(i, contact, self.rough, c);
+        }
     }
 
     /// Adds a contact, or moves a similar one closer. True if it surely holds the sphere together with another, both
@@ -93,19 +228,22 @@ impl Contacts {
     #[inline(always)]
     pub fn add(&mut self, mut new: Contact, certain: f64, c: [f64; 3]) -> bool {
         new.local = self.is_local(&new, c);
-        let mut held = false;
-        for other in &mut self.list {
-            let cos = dot(other.up, new.up);
-            if cos > self.same {
-                if new.d < other.d {
-                    *other = new;
-                }
-                return false;
+        let known = self.seen.along(new.up.map(|x| x as f32), self.same as f32);
+        if let Some(other) = known.and_then(|i| self.list.get_mut(i)) {
+            if new.d < other.d {
+                *other = new;
+                self.seen.set(known.unwrap_or(0), &new, self.rough, c);
             }
-            held |= new.opposes(other)
-                && (cos <= OPPOSITE || (new.square && other.square))
+            return false;
+        }
+        let held = self.list.iter().any(|other| {
+            new.opposes(other)
+                && (dot(other.up, new.up) <= OPPOSITE || (new.square && other.square))
                 && new.d <= certain
-                && other.d <= certain;
+                && other.d <= certain
+        });
+        if self.list.len() < MOST {
+            self.seen.set(self.list.len(), &new, self.rough, c);
         }
         self.push(new);
         held

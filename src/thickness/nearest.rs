@@ -3,7 +3,7 @@
 use super::bvh::{RayMesh, SAME_SURFACE, along, cross, dot, sub};
 use super::contact::{Contact, Contacts, SQUARE};
 use super::lanes::Lanes;
-use super::tree::{Block, LEAF, Stack, Visitor, faces_of};
+use super::tree::{Block, LEAF, Node, Slab, Stack, Visitor, faces_of};
 
 /// Spheres about c + s v of radius r + s |v|^2, for s >= 0.
 #[derive(Debug, Clone, Copy)]
@@ -91,6 +91,7 @@ impl RayMesh {
             return None;
         }
         let best = contacts.list.first().map_or(high, |c| high.min(c.d));
+        contacts.start_search(c);
         let mut finder = Finder { contacts, c, best, grown, certain, held: false };
         self.tree.approach(lanes, stack, c, best * grown, &mut finder);
         let (best, held) = (finder.best, finder.held);
@@ -206,14 +207,16 @@ struct Finder<'a> {
 
 impl Visitor for Finder<'_> {
     #[inline(always)]
+    fn worth(&self, node: (&Node, &Slab), gaps: &[f32; 8], d2: &[f32; 8], mask: u32) -> u32 {
+        self.contacts.uncovered(node, gaps, d2, mask)
+    }
+
+    #[inline(always)]
     fn visit(&mut self, block: &Block) -> ([f64; 3], f64) {
         let heights = block.heights(self.c);
         let mut near = heights.map(|h| h.abs() < self.best * self.grown);
         if near != [false; 4] {
-            let covered = self.contacts.cover(block, &heights);
-            for k in 0..4 {
-                near[k] &= !covered[k];
-            }
+            self.contacts.cover(block, &heights, &mut near);
         }
         if near == [false; 4] {
             return (self.c, self.best * self.grown);

@@ -23,6 +23,39 @@ impl Node {
     };
 }
 
+/// For each child of a node two parallel planes, square to the mean normal of its triangles, that these lie between.
+/// Seen from inside a round or slanted surface, they tell much more than a box how far it is away.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(32))]
+pub(super) struct Slab {
+    /// Unit normals by axis and child.
+    pub axis: [[f32; 8]; 3],
+    /// Heights of the planes.
+    pub lo: [f32; 8],
+    pub hi: [f32; 8],
+}
+
+impl Slab {
+    /// Leaves nothing out.
+    pub const EMPTY: Slab = {
+        let none = [0.0; 8];
+        Slab { axis: [[1.0; 8], none, none], lo: [-1e30; 8], hi: [1e30; 8] }
+    };
+
+    /// Signed distances of `p` from what is between the planes, positive where `p` is above.
+    #[inline(always)]
+    pub fn gaps(&self, p: [f32; 3]) -> [f32; 8] {
+        let mut gaps = [0.0; 8];
+        for k in 0..8 {
+            let h = self.axis[0][k] * p[0] + self.axis[1][k] * p[1] + self.axis[2][k] * p[2];
+            let (above, below) = (h - self.hi[k], h - self.lo[k]);
+            let above = if above > 0.0 { above } else { 0.0 };
+            gaps[k] = if below < 0.0 { below } else { above };
+        }
+        gaps
+    }
+}
+
 /// Four triangles side by side.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
@@ -38,6 +71,13 @@ pub(super) struct Block {
 /// Looks at blocks. A trait and not a closure, which would not be compiled for the instruction set at hand.
 pub(super) trait Visitor {
     fn visit(&mut self, block: &Block) -> ([f64; 3], f64);
+
+    /// Of the children in `mask`, those in which there may be something to see; their planes are at the signed
+    /// distances `gaps`, they at the squared distances `d2` or further.
+    #[inline(always)]
+    fn worth(&self, _node: (&Node, &Slab), _gaps: &[f32; 8], _d2: &[f32; 8], mask: u32) -> u32 {
+        mask
+    }
 }
 
 /// Stands for no face.
@@ -131,6 +171,8 @@ pub(super) type Stack = Vec<(f32, u32)>;
 #[derive(Debug, Default)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
+    /// One for each node.
+    pub slabs: Vec<Slab>,
     pub blocks: Vec<Block>,
 }
 
@@ -208,8 +250,20 @@ impl Tree {
         loop {
             let limit = up(reach * reach);
             if at & LEAF == 0 {
-                let Some(node) = self.nodes.get(at as usize) else { return };
-                let mut mask = lanes.distances(node, c.map(|x| x as f32), limit, &mut d2);
+                let (Some(node), Some(slab)) = (self.nodes.get(at as usize), self.slabs.get(at as usize)) else {
+                    return;
+                };
+                let c32 = c.map(|x| x as f32);
+                let mut mask = lanes.distances(node, c32, limit, &mut d2);
+                let gaps = slab.gaps(c32);
+                let mut near = 0;
+                for k in 0..8 {
+                    let gap2 = gaps[k] * gaps[k];
+                    d2[k] = if gap2 > d2[k] { gap2 } else { d2[k] };
+                    near |= ((gap2 < limit) as u32) << k;
+                }
+                mask &= near;
+                mask = visitor.worth((node, slab), &gaps, &d2, mask);
                 let base = stack.len();
                 while mask != 0 {
                     let k = (mask.trailing_zeros() & 7) as usize;

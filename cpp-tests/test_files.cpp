@@ -196,7 +196,7 @@ TEST_CASE("coloured PLY holds the results", "[files]") {
         }
     }
     CHECK(vertices == field.d1.size());
-    REQUIRE(names == std::vector<std::string>{"x", "y", "z", "red", "green", "blue", "d1", "d2", "ratio"});
+    REQUIRE(names == std::vector<std::string>{"x", "y", "z", "red", "green", "blue", "d1", "d2", "ratio", "quality"});
     const auto value = [&](const std::string &type) -> double {
         if (type == "uchar") {
             return in.get();
@@ -219,6 +219,7 @@ TEST_CASE("coloured PLY holds the results", "[files]") {
         CHECK(row[6] == Approx(field.d1[v]).epsilon(1e-6));
         CHECK(row[7] == Approx(field.d2[v]).epsilon(1e-6));
         CHECK(row[8] == Approx(field.ratio[v]).epsilon(1e-6));
+        CHECK(row[9] == row[8]);
     }
     // and it is a mesh again
     const Handle again = load(folder / "out.ply", error);

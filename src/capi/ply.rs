@@ -9,7 +9,8 @@ use std::ffi::c_char;
 
 /// Writes the welded vertices and used faces with the results as binary PLY: vertex x, y, z (float, or double where
 /// floats would show), red, green, blue (uchar, by `quantity` on the viridis scale: dark violet for the least value,
-/// yellow for the greatest; grey where it is NaN), d1, d2, ratio (float). Needs ar_compute.
+/// yellow for the greatest; grey where it is NaN), d1, d2, ratio, quality (float; quality is `quantity` once more, under
+/// the only name that MeshLab reads). Needs ar_compute.
 ///   path       NUL-terminated; an existing file is replaced.
 ///   quantity   AR_D1, AR_D2 or AR_RATIO.
 #[unsafe(no_mangle)]

@@ -49,16 +49,13 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 
 #[test]
 fn square_shapes_lie_on_a_line_of_slope_one() {
-    let walls = studies::squares(&[0.1, 1.0, 5.0, 20.0], FACES).unwrap();
-    let bars = studies::squares(&[500.0, 1000.0, 2000.0], FACES).unwrap();
-    for rows in [walls, bars] {
-        for profile in [|r: &Row| r.paper, |r: &Row| r.print] {
-            let points: Vec<(f64, f64)> = rows.iter().map(|r| (r.x.ln(), profile(r).ln())).collect();
-            near("slope in log-log axes", slope(&points), 1.0, 0.1);
-        }
-        for row in &rows {
-            near(&row.name, row.print, row.exact.unwrap(), 0.01);
-        }
+    let rows = studies::squares(&[0.1, 1.0, 5.0, 20.0, 500.0, 1000.0, 2000.0], FACES).unwrap();
+    for profile in [|r: &Row| r.paper, |r: &Row| r.print] {
+        let points: Vec<(f64, f64)> = rows.iter().map(|r| (r.x.ln(), profile(r).ln())).collect();
+        near("slope in log-log axes", slope(&points), 1.0, 0.05);
+    }
+    for row in &rows {
+        near(&row.name, row.print, row.exact.unwrap(), 0.01);
     }
 }
 

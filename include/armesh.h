@@ -496,8 +496,8 @@ ar_status ar_mesh_get_diagnostics(const ar_mesh *mesh, ar_diagnostics *diagnosti
 // Compute: fills D1, D2 and their ratio.
 // ==============================================================================================================
 
-/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on large meshes by
-/// heat distances on a refined surface) towards the corners of the shape, D2 the wall width. The default.
+/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on a simplified mesh
+/// where those on the part are dear) towards the corners of the shape, D2 the wall width. The default.
 #define AR_PROFILE_PRINT 0
 
 /// profile: the method as the paper has it, Eqs. 1-13 on the mesh as given. For meshes of good triangles, and for
@@ -573,7 +573,7 @@ static inline ar_status ar_compute_options_init(ar_compute_options *options) {
 ///   Time      D2 takes about O(faces log faces), times rays where it shoots any. D1 takes one distance field a source:
 ///             some dozen to some hundred sources with AR_D1_CERTIFIED, in the worst case (and with
 ///             AR_D1_ALL_VERTICES) one per vertex. A heat distance takes about O(vertices log vertices); an exact one,
-///             in the print profile of meshes of up to 25 000 faces, 2 to 30 ms on most parts.
+///             in the print profile, 2 to 10 ms.
 ///   Memory    about 1.6 kB a vertex.
 ar_status ar_compute(ar_mesh *mesh,
                      const ar_compute_options *options,
@@ -603,6 +603,18 @@ ar_status ar_compute(ar_mesh *mesh,
 
 /// reason: all faces at the vertex have no area.
 #define AR_REASON_DEGENERATE 8
+
+/// method: heat distances on the mesh as given.
+#define AR_METHOD_HEAT 0
+
+/// method: heat distances on the mesh with vertices added.
+#define AR_METHOD_REFINED_HEAT 1
+
+/// method: exact distances on the mesh as given.
+#define AR_METHOD_EXACT 2
+
+/// method: exact distances on a mesh of fewer faces that stands in for it.
+#define AR_METHOD_EXACT_ON_PROXY 3
 
 /// A place on the part.
 typedef struct ar_place {
@@ -653,6 +665,38 @@ typedef struct ar_summary {
   /// Time that each AR_STAGE_* took, seconds, by its number; 0 for a stage that did not run.
   double stage_seconds[8];
 } ar_summary;
+
+/// How right D1 is, and what was left out.
+typedef struct ar_accuracy {
+  /// sizeof(ar_accuracy), set by ar_accuracy_init.
+  uint32_t struct_size;
+  /// AR_METHOD_*: what solved for the distances.
+  uint32_t method;
+  /// Vertices of the surface that they were solved on.
+  uint64_t vertices;
+  /// Its faces.
+  uint64_t faces;
+  /// Its mean edge length, coordinate units.
+  double spacing;
+  /// Estimated relative error of D1, by independent solves: distance_error, and by how much D1 fell short of a field
+  /// from the vertex itself where it was known least. NaN: nothing to compare with.
+  double d1_error;
+  /// How far the distances are off those on the mesh as given (of a very fine one: on one of some ten thousand faces),
+  /// relative to the longest: seen in two fields. Part of d1_error.
+  double distance_error;
+  /// Greatest (upper - lower) / D1 of a vertex, by ar_get_vertex_d1_bounds.
+  double d1_gap;
+  /// Distance fields that were solved for.
+  uint64_t solves;
+  /// Shells of which no face has an area; their vertices have no values.
+  uint64_t flat_shells;
+  /// A face of the first of them, or AR_NONE.
+  uint64_t first_flat_face;
+  /// Other shells of which no vertex has a D2: they are open.
+  uint64_t open_shells;
+  /// A face of the first of them, or AR_NONE.
+  uint64_t first_open_face;
+} ar_accuracy;
 
 /// D1 of every vertex: the greatest geodesic distance to a vertex of the same component, coordinate units; with
 /// AR_PROFILE_PRINT to a corner of its shape, a vertex in which three planes or more meet, so that D1 does not depend on
@@ -730,6 +774,18 @@ static inline ar_status ar_summary_init(ar_summary *summary) {
 /// The part in a few numbers.
 ///   summary   written; prepared by ar_summary_init.
 ar_status ar_get_summary(const ar_mesh *mesh, ar_summary *summary, ar_error *error);
+
+/// Use ar_accuracy_init. Sets the first `struct_size` bytes of `accuracy` to zero and the size.
+ar_status ar_accuracy_init_sized(ar_accuracy *accuracy, uint32_t struct_size);
+
+/// Sets `accuracy` to the defaults of this header's version.
+static inline ar_status ar_accuracy_init(ar_accuracy *accuracy) {
+  return ar_accuracy_init_sized(accuracy, (uint32_t)sizeof *accuracy);
+}
+
+/// How right D1 is, and what was left out.
+///   accuracy   written; prepared by ar_accuracy_init.
+ar_status ar_get_accuracy(const ar_mesh *mesh, ar_accuracy *accuracy, ar_error *error);
 
 /// Probability distribution of a quantity over the welded vertices that have it (the paper's Fig. 12).
 ///   quantity   AR_D1, AR_D2 or AR_RATIO.

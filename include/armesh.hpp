@@ -33,6 +33,7 @@ namespace armesh {
 // the layout that the library was built with
 static_assert(sizeof(ar_error) == 536 && sizeof(ar_finding) == 40 && sizeof(ar_place) == 32, "layout");
 static_assert(sizeof(ar_diagnostics) == 560 && sizeof(ar_summary) == 312, "layout");
+static_assert(sizeof(ar_accuracy) == 96, "layout");
 static_assert(sizeof(void *) != 8 || (sizeof(ar_mesh_desc) == 112 && sizeof(ar_load_options) == 56), "layout");
 static_assert(sizeof(void *) != 8 || sizeof(ar_compute_options) == 80, "layout");
 
@@ -361,6 +362,8 @@ public:
   ar_diagnostics diagnostics() const { return filled<ar_diagnostics>(ar_diagnostics_init, ar_mesh_get_diagnostics); }
   /// The part in a few numbers.
   ar_summary summary() const { return filled<ar_summary>(ar_summary_init, ar_get_summary); }
+  /// How right D1 is, and what was left out.
+  ar_accuracy accuracy() const { return filled<ar_accuracy>(ar_accuracy_init, ar_get_accuracy); }
 
   /// Positions of the vertices, coordinate units.
   std::vector<std::array<double, 3>> positions() const {

@@ -86,6 +86,11 @@ SIZE(ar_place, 32);
 AT(ar_place, vertex, 0);
 AT(ar_place, position, 8);
 
+SIZE(ar_accuracy, 96);
+AT(ar_accuracy, method, 4);
+AT(ar_accuracy, d1_error, 32);
+AT(ar_accuracy, first_open_face, 88);
+
 SIZE(ar_summary, 312);
 AT(ar_summary, struct_size, 0);
 AT(ar_summary, reserved, 4);

@@ -84,6 +84,9 @@ std::string summary(const Summary &s) {
         .field("vertex_ratio_max_at", number(s.vertex_ratio_max_at))
         .field("unmeasured_vertices", number(s.unmeasured))
         .field("solves", number(s.solves))
+        .field("d1_method", "\"" + std::string(s.d1_method) + "\"")
+        .field("d1_error", number(s.d1_error))
+        .field("d1_gap", number(s.d1_gap))
         .field("seconds", number(s.seconds))
         .done();
 }

@@ -61,6 +61,23 @@ MeshFacts facts(const armesh::mesh &mesh) {
     return out;
 }
 
+const char *method_name(std::uint32_t method) {
+    switch (method) {
+    case AR_METHOD_HEAT: return "heat";
+    case AR_METHOD_REFINED_HEAT: return "heat, refined";
+    case AR_METHOD_EXACT: return "exact";
+    case AR_METHOD_EXACT_ON_PROXY: return "exact, simplified";
+    default: return "";
+    }
+}
+
+void add_accuracy(const armesh::mesh &mesh, Summary &out) {
+    const ar_accuracy a = mesh.accuracy();
+    out.d1_method = method_name(a.method);
+    out.d1_error = a.d1_error;
+    out.d1_gap = a.d1_gap;
+}
+
 Summary summarise(const armesh::mesh &mesh) {
     const ar_summary s = mesh.summary();
     Summary out;
@@ -79,6 +96,7 @@ Summary summarise(const armesh::mesh &mesh) {
     out.vertex_ratio_max_at = point(s.vertex_ratio_max_at.position);
     out.unmeasured = s.undefined_vertices;
     out.solves = s.solves;
+    add_accuracy(mesh, out);
     return out;
 }
 

@@ -46,6 +46,8 @@ struct Summary {
     Point d1_max_at, d1_max_far, d2_max_at, d2_min_at, vertex_ratio_max_at;
     std::uint64_t unmeasured; // vertices without a ratio
     std::uint64_t solves;     // geodesic solves
+    const char *d1_method;    // what the distances were solved for by
+    double d1_error, d1_gap;  // estimated relative error (NaN: unknown), and the widest bounds of a vertex
     double seconds = 0;       // everything from the file to the numbers
 };
 

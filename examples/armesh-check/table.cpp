@@ -2,6 +2,7 @@
 #include "format.hpp"
 #include "report.hpp"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -43,6 +44,12 @@ void mesh_facts(std::string &out, const MeshFacts &mesh) {
     }
 }
 
+void accuracy(std::string &out, const Summary &s) {
+    const std::string error = std::isfinite(s.d1_error) ? "about " + shown(100 * s.d1_error) + " %" : "unknown";
+    line(out, "  %-24s %s, bounds at most %s %% apart (distances: %s)", "D1, error", error.c_str(),
+         shown(100 * s.d1_gap).c_str(), s.d1_method);
+}
+
 void slenderness(std::string &out, const Summary &s, std::uint64_t vertices) {
     line(out, "Slenderness");
     line(out, "  %-24s %10s %10s   %s", "", "largest", "mean", "where the largest is");
@@ -53,6 +60,7 @@ void slenderness(std::string &out, const Summary &s, std::uint64_t vertices) {
     line(out, "  %-24s %10s %10s", "part, D1/D2 of these", shown(s.ratio_max).c_str(), shown(s.ratio_mean).c_str());
     line(out, "  %-24s %10s %10s   %s", "D1/D2 at a vertex", shown(s.vertex_ratio_max).c_str(), "",
          shown(s.vertex_ratio_max_at).c_str());
+    accuracy(out, s);
     if (s.unmeasured > 0) {
         line(out, "  warning: %s of %s vertices have no value", shown(s.unmeasured).c_str(), shown(vertices).c_str());
     }

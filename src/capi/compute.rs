@@ -15,8 +15,8 @@ use std::mem::offset_of;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError};
 
-/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on large meshes by
-/// heat distances on a refined surface) towards the corners of the shape, D2 the wall width. The default.
+/// profile: for parts that are to be printed, on any triangulation. D1 by exact geodesic distances (on a simplified mesh
+/// where those on the part are dear) towards the corners of the shape, D2 the wall width. The default.
 pub const AR_PROFILE_PRINT: u32 = 0;
 /// profile: the method as the paper has it, Eqs. 1-13 on the mesh as given. For meshes of good triangles, and for
 /// comparing with the paper.
@@ -103,7 +103,7 @@ pub unsafe extern "C" fn ar_compute_options_init_sized(
 ///   Time      D2 takes about O(faces log faces), times rays where it shoots any. D1 takes one distance field a source:
 ///             some dozen to some hundred sources with AR_D1_CERTIFIED, in the worst case (and with
 ///             AR_D1_ALL_VERTICES) one per vertex. A heat distance takes about O(vertices log vertices); an exact one,
-///             in the print profile of meshes of up to 25 000 faces, 2 to 30 ms on most parts.
+///             in the print profile, 2 to 10 ms.
 ///   Memory    about 1.6 kB a vertex.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_compute(

@@ -6,7 +6,7 @@ use super::mesh::ar_mesh;
 use super::options::{self, CStruct, check_enum};
 use super::slices::Out;
 use super::status::*;
-use crate::field::{Field, Quantity, reason};
+use crate::field::{Field, Method, Quantity, reason};
 use crate::mesh::NONE;
 use std::mem::offset_of;
 use std::sync::{Arc, PoisonError};
@@ -253,6 +253,107 @@ pub unsafe extern "C" fn ar_get_summary(
         guard_handle(mesh, error, |m| {
             options::check_out(summary)?;
             options::write(summary, summarise(m, field(m)?.as_ref()));
+            Ok(())
+        })
+    }
+}
+
+/// method: heat distances on the mesh as given.
+pub const AR_METHOD_HEAT: u32 = 0;
+/// method: heat distances on the mesh with vertices added.
+pub const AR_METHOD_REFINED_HEAT: u32 = 1;
+/// method: exact distances on the mesh as given.
+pub const AR_METHOD_EXACT: u32 = 2;
+/// method: exact distances on a mesh of fewer faces that stands in for it.
+pub const AR_METHOD_EXACT_ON_PROXY: u32 = 3;
+
+/// How right D1 is, and what was left out.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct ar_accuracy {
+    /// sizeof(ar_accuracy), set by ar_accuracy_init.
+    pub struct_size: u32,
+    /// AR_METHOD_*: what solved for the distances.
+    pub method: u32,
+    /// Vertices of the surface that they were solved on.
+    pub vertices: u64,
+    /// Its faces.
+    pub faces: u64,
+    /// Its mean edge length, coordinate units.
+    pub spacing: f64,
+    /// Estimated relative error of D1, by independent solves: distance_error, and by how much D1 fell short of a field
+    /// from the vertex itself where it was known least. NaN: nothing to compare with.
+    pub d1_error: f64,
+    /// How far the distances are off those on the mesh as given (of a very fine one: on one of some ten thousand faces),
+    /// relative to the longest: seen in two fields. Part of d1_error.
+    pub distance_error: f64,
+    /// Greatest (upper - lower) / D1 of a vertex, by ar_get_vertex_d1_bounds.
+    pub d1_gap: f64,
+    /// Distance fields that were solved for.
+    pub solves: u64,
+    /// Shells of which no face has an area; their vertices have no values.
+    pub flat_shells: u64,
+    /// A face of the first of them, or AR_NONE.
+    pub first_flat_face: u64,
+    /// Other shells of which no vertex has a D2: they are open.
+    pub open_shells: u64,
+    /// A face of the first of them, or AR_NONE.
+    pub first_open_face: u64,
+}
+
+// SAFETY: numbers without padding, starts with struct_size.
+unsafe impl CStruct for ar_accuracy {
+    const NAME: &'static str = "ar_accuracy";
+    const MIN: usize = 96;
+}
+
+const _: () = {
+    assert!(size_of::<ar_accuracy>() == 96 && offset_of!(ar_accuracy, first_open_face) == 88);
+    assert!(AR_METHOD_HEAT == Method::Heat as u32 && AR_METHOD_REFINED_HEAT == Method::RefinedHeat as u32);
+    assert!(AR_METHOD_EXACT == Method::Exact as u32 && AR_METHOD_EXACT_ON_PROXY == Method::ExactOnProxy as u32);
+};
+
+/// Use ar_accuracy_init. Sets the first `struct_size` bytes of `accuracy` to zero and the size.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ar_accuracy_init_sized(accuracy: *mut ar_accuracy, struct_size: u32) -> ar_status {
+    // SAFETY: the caller vouches for `struct_size` writable bytes.
+    unsafe { options::init(accuracy, struct_size) }
+}
+
+/// How right D1 is, and what was left out.
+///   accuracy   written; prepared by ar_accuracy_init.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ar_get_accuracy(
+    mesh: *const ar_mesh,
+    accuracy: *mut ar_accuracy,
+    error: *mut ar_error,
+) -> ar_status {
+    // SAFETY: the pointers are as the header demands.
+    unsafe {
+        guard_handle(mesh, error, |m| {
+            options::check_out(accuracy)?;
+            let field = field(m)?;
+            let a = field.accuracy;
+            let face = |f: u32| if f == NONE { AR_NONE } else { m.mesh.input_of_face()[f as usize].into() };
+            let size = size_of::<ar_accuracy>() as u32;
+            options::write(
+                accuracy,
+                ar_accuracy {
+                    struct_size: size,
+                    method: a.method as u32,
+                    vertices: a.vertices,
+                    faces: a.faces,
+                    spacing: a.spacing,
+                    d1_error: a.error,
+                    distance_error: a.distance_error,
+                    d1_gap: a.gap,
+                    solves: field.solves,
+                    flat_shells: a.flat_shells.0,
+                    first_flat_face: face(a.flat_shells.1),
+                    open_shells: a.open_shells.0,
+                    first_open_face: face(a.open_shells.1),
+                },
+            );
             Ok(())
         })
     }

@@ -1,9 +1,10 @@
 //! From a mesh and options to its field.
 
-use super::print::{self, farthest_apart};
-use super::{Field, Reach, reason};
+use super::accuracy::{Accuracy, Method, heat_error, look_back};
+use super::print::{self, Lengths, farthest_apart};
+use super::{Field, reason};
 use crate::error::{Error, Result, try_filled, try_vec};
-use crate::geodesic::{DistanceFields, Eccentricity, HeatOptions, HeatSolver, Mode, Targets, eccentricity};
+use crate::geodesic::{DistanceFields, HeatOptions, HeatSolver, Mode, Targets, eccentricity};
 use crate::job::{Job, Stage};
 use crate::mesh::intrinsic::IntrinsicMesh;
 use crate::mesh::measure::{corners, is_flat};
@@ -101,7 +102,7 @@ pub fn compute(mesh: &TriMesh, options: &Options, job: &Job) -> Result<Field> {
     clock.lap(Stage::Thickness);
 
     job.begin(Stage::Factor, 0.35, 0.45, 2)?;
-    let (d1, reach) = match options.profile {
+    let lengths = match options.profile {
         Profile::Paper => {
             let solver = solver(mesh, options, job)?;
             clock.lap(Stage::Factor);
@@ -110,12 +111,14 @@ pub fn compute(mesh: &TriMesh, options: &Options, job: &Job) -> Result<Field> {
             let targets = Targets { ask: &all, far: &all };
             let d1 = eccentricity(&solver, mesh.positions(), targets, options.d1, job)?;
             let reach = farthest_apart(&d1, mesh.positions());
-            (d1, reach)
+            let mut accuracy = Accuracy::on(Method::Heat, mesh.positions(), &triangles);
+            accuracy.conclude(&d1, heat_error(&solver, mesh.positions(), &triangles, job)?);
+            Lengths { d1, reach, accuracy }
         }
         Profile::Print => print::lengths(mesh, &triangles, options, job)?,
     };
     clock.lap(Stage::Geodesic);
-    assemble(mesh, (d1, reach), (d2, face_d2), clock.seconds)
+    assemble(mesh, lengths, (d2, face_d2), clock.seconds)
 }
 
 /// Geodesic distance of every welded vertex from one, by the heat method; NaN on other components.
@@ -161,7 +164,7 @@ fn widths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) 
 
 fn assemble(
     mesh: &TriMesh,
-    (d1, reach): (Eccentricity, Reach),
+    Lengths { d1, reach, accuracy }: Lengths,
     (d2, face_d2): (Vec<f64>, Vec<f64>),
     seconds: [f64; Stage::COUNT],
 ) -> Result<Field> {
@@ -188,7 +191,11 @@ fn assemble(
     }
     let solves = d1.solves as u64;
     let (farthest, d1_bounds) = (d1.farthest, (d1.lower, d1.upper));
-    Ok(Field { d1: d1.distance, d1_bounds, d2, ratio, farthest, reason: reasons, face_d2, reach, solves, seconds })
+    let d1 = d1.distance;
+    let mut field =
+        Field { d1, d1_bounds, d2, ratio, farthest, reason: reasons, face_d2, reach, accuracy, solves, seconds };
+    field.accuracy = look_back(&field, mesh)?;
+    Ok(field)
 }
 
 /// Rough peak bytes: operators, factors and their right-hand sides, acceleration structure, results.

@@ -2,11 +2,14 @@
 //!
 //! [`compute`] brings [`crate::geodesic`] and [`crate::thickness`] together; neither knows the other.
 
+mod accuracy;
 mod compute;
+mod large;
 mod paint;
 mod print;
 mod summary;
 
+pub use accuracy::{Accuracy, Method};
 pub use compute::{D2Method, Options, Profile, compute, distance};
 pub use summary::{Histogram, Quantity, Summary};
 
@@ -43,6 +46,8 @@ pub struct Field {
     pub face_d2: Vec<f64>,
     /// The longest way across the part.
     pub reach: Reach,
+    /// How right D1 is.
+    pub accuracy: Accuracy,
     /// Distance fields that were solved for D1.
     pub solves: u64,
     /// Seconds spent by [`Stage`].

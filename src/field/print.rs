@@ -1,18 +1,33 @@
 //! The print profile: D1 and D2 that depend on the shape and not on its triangulation.
 
-use super::{Options, Reach};
+use super::accuracy::{Accuracy, Method, distortion, pair, probes};
+use super::{Options, Reach, large};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::exact::SurfacePoint;
-use crate::geodesic::{DistanceFields, Eccentricity, ExactFields, HeatOptions, HeatSolver, Targets, eccentricity};
+use crate::geodesic::{
+    DistanceFields, Eccentricity, ExactFields, HeatOptions, HeatSolver, Mode, Targets, eccentricity,
+};
 use crate::job::{Job, Stage};
 use crate::mesh::corners::shape_corners;
-use crate::mesh::measure::{Vec3, add, area_vector, corners, cross, dot, scale, sub};
+use crate::mesh::measure::{Vec3, add, area_vector, bounding_box, corners, cross, distance, dot, scale, sub};
+use crate::mesh::proxy::{Proxy, places};
+use crate::mesh::simplify::SimplifyOptions;
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use crate::mesh::{NONE, TriMesh};
 use crate::thickness::wall::WallMesh;
 
-/// Meshes up to this many faces get exact distances; beyond, heat distances are accurate enough and far cheaper.
+/// What the geodesic half of a computation finds.
+pub(super) struct Lengths {
+    pub d1: Eccentricity,
+    pub reach: Reach,
+    pub accuracy: Accuracy,
+}
+
+/// Meshes up to this many faces are solved on themselves, at least for a field or two.
 const EXACT_FACES: usize = 25_000;
+
+/// A field of more windows than this is dear: the others are solved on a mesh that stands in.
+const DEAR: f64 = 15_000.0;
 
 /// Points inside faces between which the part's D1 is sought.
 const SAMPLES: usize = 2_000;
@@ -35,34 +50,80 @@ pub(super) fn walls(mesh: &TriMesh, triangles: &[[u32; 3]], job: &Job) -> Result
     Ok((vertices, faces))
 }
 
-/// D1 of every vertex, towards the corners of the shape, and the longest way across the part.
-pub(super) fn lengths(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
-    options: &Options,
-    job: &Job,
-) -> Result<(Eccentricity, Reach)> {
-    if triangles.len() <= EXACT_FACES {
-        match exact_lengths(mesh, triangles, options, job) {
-            Err(Error::Numeric(_)) => {} // more windows than it may make: a heat distance costs the same on every shape
-            other => return other,
-        }
+/// D1 of every vertex, towards the corners of the shape, the longest way across the part, and how right they are.
+pub(super) fn lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<Lengths> {
+    let exact = if triangles.len() <= EXACT_FACES {
+        exact_lengths(mesh, triangles, options, job)
+    } else {
+        large::lengths(mesh.positions(), triangles, options, job)
+    };
+    match exact {
+        // more windows than it may make: a heat distance costs the same on every shape
+        Err(Error::Numeric(_)) => heat_lengths(mesh, triangles, options, job),
+        other => other,
     }
-    heat_lengths(mesh, triangles, options, job)
 }
 
-fn exact_lengths(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
-    options: &Options,
-    job: &Job,
-) -> Result<(Eccentricity, Reach)> {
+fn exact_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<Lengths> {
     let positions = mesh.positions();
     let fields = ExactFields::new(positions, triangles)?;
     let far = far_ends(&fields, positions, triangles)?;
+
+    // --- two fields from the ends of the part: what one costs, and the truth for a mesh that stands in
+    job.begin(Stage::Geodesic, 0.4, 0.45, 2)?;
+    let sources = probes(positions, triangles);
+    let truth = pair(&fields, sources, job)?;
+    job.begin(Stage::Geodesic, 0.45, 0.95, positions.len() as u64)?;
+    if matches!(options.d1, Mode::Certified { .. }) && fields.windows_per_field() > DEAR {
+        for (faces, share) in PROXIES {
+            let proxy = stand_in(positions, triangles, faces, share, job)?;
+            let places = places((positions, triangles), &proxy.onto, (&proxy.positions, &proxy.triangles), job)?;
+            let (component, components) = fields.components();
+            let mut on_proxy = ExactFields::on_proxy(&proxy, &places, component.to_vec(), components)?;
+            let error = distortion(&truth, &pair(&on_proxy, sources, job)?, 0.0);
+            if error <= MOST_DISTORTION {
+                on_proxy.set_distortion(error);
+                let solved = Accuracy::on(Method::ExactOnProxy, &proxy.positions, &proxy.triangles);
+                let solved = (&proxy.positions[..], &proxy.triangles[..], solved);
+                return measure(&on_proxy, positions, &far, solved, options, job);
+            }
+        }
+    }
+    let solved = (positions, triangles, Accuracy::on(Method::Exact, positions, triangles));
+    measure(&fields, positions, &far, solved, options, job)
+}
+
+/// Distances on a mesh that stands in may be off by this share of the largest; more, and it is made finer.
+pub(super) const MOST_DISTORTION: f64 = 0.01;
+
+/// Faces that a mesh that stands in has at least, and its distance from the part as a share of the part's size: tried in
+/// this order.
+const PROXIES: [(usize, f64); 3] = [(1_000, 1e-3), (2_000, 1e-3), (4_000, 2.5e-4)];
+
+/// The mesh with few faces, at least `faces`, within `share` of its size of where it was.
+pub(super) fn stand_in(
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    faces: usize,
+    share: f64,
+    job: &Job,
+) -> Result<Proxy> {
+    let (lo, hi) = bounding_box(triangles.iter().flatten().map(|&v| positions[v as usize]));
+    let options = SimplifyOptions { target_faces: faces, max_error: share * distance(lo, hi) };
+    Proxy::new(positions, triangles, &options, job)
+}
+
+/// D1 of `positions` by exact `fields` on the mesh `solved`, and the longest way across.
+pub(super) fn measure(
+    fields: &ExactFields,
+    positions: &[Vec3],
+    far: &[bool],
+    solved: (&[Vec3], &[[u32; 3]], Accuracy),
+    options: &Options,
+    job: &Job,
+) -> Result<Lengths> {
     let ask = try_filled(positions.len(), true, "the field")?;
-    job.begin(Stage::Geodesic, 0.4, 0.95, positions.len() as u64)?;
-    let d1 = eccentricity(&fields, positions, Targets { ask: &ask, far: &far }, options.d1, job)?;
+    let d1 = eccentricity(fields, positions, Targets { ask: &ask, far }, options.d1, job)?;
 
     job.begin(Stage::Geodesic, 0.95, 1.0, 1)?;
     let mut ends: Vec<u32> = (0..positions.len() as u32).filter(|&v| d1.distance[v as usize] > 0.0).collect();
@@ -77,21 +138,28 @@ fn exact_lengths(
             starts.push(far_end);
         }
     }
-    let (samples, places) = samples(positions, triangles, job)?;
+    let (samples, places) = samples(solved.0, solved.1, job)?;
     let mut reach = farthest_apart(&d1, positions);
     if let Some((length, ends)) = fields.diameter(&starts, &samples, job)? {
         if length > reach.length {
             let place = |p: SurfacePoint| match p {
-                SurfacePoint::Vertex(v) => positions[v as usize],
-                point => samples.iter().position(|s| *s == point).map_or([f64::NAN; 3], |k| places[k]),
+                SurfacePoint::Vertex(v) => solved.0[v as usize],
+                SurfacePoint::Face { face, weights } => {
+                    let [a, b, c] = corners(solved.0, solved.1[face as usize]);
+                    let sum: f64 = weights.iter().sum();
+                    let whole = add(add(scale(a, weights[0]), scale(b, weights[1])), scale(c, weights[2]));
+                    samples.iter().position(|s| *s == p).map_or(scale(whole, 1.0 / sum), |k| places[k])
+                }
             };
             reach = Reach { length, ends: ends.map(place) };
         }
     }
-    Ok((d1, reach))
+    let mut accuracy = solved.2;
+    accuracy.conclude(&d1, fields.distance_error());
+    Ok(Lengths { d1, reach, accuracy })
 }
 
-fn heat_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<(Eccentricity, Reach)> {
+fn heat_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<Lengths> {
     job.begin(Stage::Surface, 0.35, 0.4, 1)?;
     let surface = AnalysisSurface::refine(mesh.positions(), triangles, &SurfaceOptions::default(), job)?;
     let intrinsic = surface.intrinsic(job)?;
@@ -110,7 +178,10 @@ fn heat_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: 
         values.truncate(n);
     }
     d1.farthest.truncate(n);
-    Ok((d1, reach))
+    let mut accuracy = Accuracy::on(Method::RefinedHeat, &surface.positions, &surface.triangles);
+    // no exact distances to compare with, or they would have been used: what the fields show among themselves
+    accuracy.conclude(&d1, if d1.slack > 0.0 { d1.slack } else { f64::NAN });
+    Ok(Lengths { d1, reach, accuracy })
 }
 
 /// The longest distance that any field of `d1` holds.
@@ -121,7 +192,7 @@ pub(super) fn farthest_apart(d1: &Eccentricity, positions: &[Vec3]) -> Reach {
 }
 
 /// The corners of the shape; on a component that has none, all its vertices.
-fn far_ends(fields: &impl DistanceFields, positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<bool>> {
+pub(super) fn far_ends(fields: &impl DistanceFields, positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<bool>> {
     let mut far = shape_corners(positions, triangles)?;
     let mut some = try_filled(fields.component_count(), false, "corners")?;
     let component = |v: usize| fields.component()[v];
@@ -147,7 +218,7 @@ fn samples(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<(Vec
 }
 
 /// Barycentric coordinates of a point of a triangle, not negative; those of its centroid if it has no area.
-fn barycentric(triangle: [Vec3; 3], p: Vec3) -> [f64; 3] {
+pub(super) fn barycentric(triangle: [Vec3; 3], p: Vec3) -> [f64; 3] {
     let normal = area_vector(triangle);
     let share = |k: usize| {
         let (b, c) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);

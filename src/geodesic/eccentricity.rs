@@ -19,11 +19,14 @@ pub trait DistanceFields: Sync {
     /// Smallest and largest number of columns of sources between two looks at the bounds.
     const ROUND: (usize, usize);
 
-    /// By how much a distance may be too long, as a share of the largest.
-    fn excess(&self) -> f64;
+    /// By how much a distance may be too long, and too short, as a share of the largest.
+    fn error(&self) -> (f64, f64);
 
     /// True while so little has been spent that better bounds than asked for are worth having.
     fn has_spare(&self) -> bool;
+
+    /// True if `count` fields more cost so little that bounds need not be bothered with.
+    fn has_spare_for(&self, count: usize) -> bool;
 
     /// Vertex-connected component of every vertex, numbered by first vertex; [`NONE`] without a triangle.
     fn component(&self) -> &[u32];
@@ -77,6 +80,12 @@ pub struct Eccentricity {
     pub upper: Vec<f64>,
     /// Distance fields computed.
     pub solves: usize,
+    /// By how much fields contradicted each other or the bounds, at most, as a share of the distance; the bounds are padded
+    /// by it.
+    pub slack: f64,
+    /// By how much values may fall short, as a share of the distance: the widest gap between bounds, times the largest
+    /// share of its gap that a vertex's value rose by when a field from it was added.
+    pub missed: f64,
     /// By component, the longest distance in any field, far end or not, and its two vertices.
     pub longest: Vec<(f64, [u32; 2])>,
 }
@@ -93,7 +102,13 @@ pub fn eccentricity<S: DistanceFields>(
     match mode {
         Mode::AllSources => all_sources(solver, targets, job),
         Mode::Certified { tolerance } if tolerance > 0.0 && tolerance.is_finite() => {
-            certified(solver, positions, targets, tolerance, job)
+            let far = members(solver, targets.far)?;
+            let columns = far.iter().map(Vec::len).max().unwrap_or(0);
+            if solver.has_spare_for(columns) {
+                from_far_ends(solver, targets, &far, job)
+            } else {
+                certified(solver, positions, targets, tolerance, job)
+            }
         }
         Mode::Certified { tolerance } => {
             Err(Error::Argument(format!("the D1 tolerance must be positive, not {tolerance}")))
@@ -115,9 +130,51 @@ fn all_sources<S: DistanceFields>(solver: &S, targets: Targets<'_>, job: &Job) -
         out.lengthen(component, s, all);
         let s = s as usize;
         if far.0 != NONE {
-            (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (far.1, far.0, far.1, far.1);
+            (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (far.1, far.0, far.1, all.1);
         }
         out.solves += 1;
+    }
+    Ok(out)
+}
+
+/// The same from the other side: with a field of every far end, all distances that matter are known.
+fn from_far_ends<S: DistanceFields>(
+    solver: &S,
+    targets: Targets<'_>,
+    far: &[Vec<u32>],
+    job: &Job,
+) -> Result<Eccentricity> {
+    const BLOCK: usize = 64;
+    let mut out = Eccentricity::unknown(solver)?;
+    let count = far.iter().map(Vec::len).max().unwrap_or(0);
+    let columns: Vec<Vec<u32>> = (0..count).map(|k| far.iter().filter_map(|m| m.get(k).copied()).collect()).collect();
+    // Vertices that are no corners of the shape may be farther still: by as much as is seen from the corners.
+    let mut beyond = 0.0f64;
+    for block in columns.chunks(BLOCK) {
+        let fields = solver.for_each_column(&slices(block), job, |_, field| field.to_vec())?;
+        for (sources, field) in block.iter().zip(&fields) {
+            let ends = farthest(solver, targets.far, field);
+            let mut source = vec![NONE; ends.len()];
+            for &s in sources {
+                let component = solver.component()[s as usize] as usize;
+                source[component] = s;
+                out.lengthen(component, s, ends[component].all);
+                let End { far, all } = ends[component];
+                beyond = if far.1 > 0.0 { beyond.max(all.1 / far.1 - 1.0) } else { beyond };
+            }
+            for (v, &d) in field.iter().enumerate().filter(|(v, d)| targets.ask[*v] && !d.is_nan()) {
+                let s = source[solver.component()[v] as usize];
+                if !(d <= out.distance[v]) {
+                    (out.distance[v], out.farthest[v]) = (d, s);
+                }
+            }
+            out.solves += sources.len();
+        }
+    }
+    let (long, short) = solver.error();
+    for v in 0..out.distance.len() {
+        out.lower[v] = out.distance[v] * (1.0 - long);
+        out.upper[v] = out.distance[v] * (1.0 + short + beyond);
     }
     Ok(out)
 }
@@ -166,7 +223,16 @@ impl Eccentricity {
         let nan = || try_filled(n, f64::NAN, "eccentricities");
         let farthest = try_filled(n, NONE, "eccentricities")?;
         let longest = vec![(0.0, [NONE; 2]); solver.component_count()];
-        Ok(Eccentricity { distance: nan()?, lower: nan()?, upper: nan()?, farthest, solves: 0, longest })
+        Ok(Eccentricity {
+            distance: nan()?,
+            lower: nan()?,
+            upper: nan()?,
+            farthest,
+            solves: 0,
+            slack: 0.0,
+            missed: 0.0,
+            longest,
+        })
     }
 
     fn lengthen(&mut self, component: usize, source: u32, end: (u32, f64)) {
@@ -217,6 +283,9 @@ struct Front {
     slack: f64,
 }
 
+/// Share of the tolerance that is aimed at: what is padded later has room in the rest.
+const AIM: f64 = 0.9;
+
 /// The relative gap that is aimed at while there is effort to spare.
 const FINE: f64 = 0.01;
 
@@ -240,8 +309,10 @@ fn certified<S: DistanceFields>(
         (state.distance[v as usize], state.lower[v as usize], state.upper[v as usize]) = (0.0, 0.0, f64::INFINITY);
     }
     let mut done = try_filled(n, false, "sources")?;
+    // the upper bound of the distance to any vertex, far end or not
+    let mut anywhere = try_filled(n, f64::INFINITY, "bounds")?;
     loop {
-        let tolerance = if solver.has_spare() { tolerance.min(FINE) } else { tolerance };
+        let tolerance = if solver.has_spare() { tolerance.min(FINE) } else { AIM * tolerance };
         let picks: Vec<Vec<u32>> =
             fronts.iter().map(|f| next_sources(f, &state, &done, positions, tolerance, S::ROUND)).collect();
         let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
@@ -252,22 +323,61 @@ fn certified<S: DistanceFields>(
             (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k).copied()).collect()).collect();
         let fields = solver.for_each_column(&slices(&columns), job, |_, field| field.to_vec())?;
         for (front, picks) in fronts.iter_mut().zip(&picks) {
+            let missed = shortfall(solver, targets, &state, picks, &fields);
+            state.missed = state.missed.max(missed);
             front.slack = front.slack.max(contradiction(solver, targets, &state, picks, &fields));
             front.solved += picks.len();
         }
         for (sources, field) in columns.iter().zip(&fields) {
             state.update(solver, targets, sources, field);
+            reach_anywhere(solver, &mut anywhere, field);
             sources.iter().for_each(|&s| done[s as usize] = true);
         }
     }
+    let (long, short) = solver.error();
+    // what is left of the gaps may hide as much as those hid that were looked into
+    let open = fronts.iter().flat_map(|f| &f.members).map(|&v| state.upper[v as usize] / state.lower[v as usize] - 1.0);
+    state.missed *= open.filter(|g| g.is_finite()).fold(0.0, f64::max);
     for front in &fronts {
         for v in front.members.iter().map(|&v| v as usize) {
             let pad = front.slack * state.distance[v];
-            state.lower[v] = (state.lower[v] - pad - solver.excess() * state.upper[v]).min(state.distance[v]);
-            state.upper[v] = (state.upper[v] + pad).max(state.distance[v]);
+            state.lower[v] = (state.lower[v] - pad - long * state.upper[v]).min(state.distance[v]);
+            // too long by as much a field from the vertex itself may be: it is held, too
+            state.upper[v] = (anywhere[v] * (1.0 + short + long) + pad).max(state.distance[v]);
         }
+        state.slack = state.slack.max(front.slack);
     }
     Ok(state)
+}
+
+/// Lowers the bounds on the distance to whichever vertex is farthest by a field.
+fn reach_anywhere<S: DistanceFields>(solver: &S, anywhere: &mut [f64], field: &[f64]) {
+    let mut ecc = vec![0.0f64; solver.component_count()];
+    for (&d, &c) in field.iter().zip(solver.component()).filter(|(d, c)| !d.is_nan() && **c != NONE) {
+        ecc[c as usize] = ecc[c as usize].max(d);
+    }
+    for ((bound, &d), &c) in anywhere.iter_mut().zip(field).zip(solver.component()).filter(|(_, c)| **c != NONE) {
+        // NaN, of a component without a source, leaves the bound
+        *bound = bound.min(ecc[c as usize] + d);
+    }
+}
+
+/// By how much the values of new sources fell short of what their own fields say, as a share of the gap between their
+/// bounds. Source `picks[k]` is in column k of `fields`.
+fn shortfall<S: DistanceFields>(
+    solver: &S,
+    targets: Targets<'_>,
+    before: &Eccentricity,
+    picks: &[u32],
+    fields: &[Vec<f64>],
+) -> f64 {
+    let one = |(&s, field): (&u32, &Vec<f64>)| {
+        let ecc = farthest(solver, targets.far, field)[solver.component()[s as usize] as usize].far.1;
+        let s = s as usize;
+        let gap = (before.upper[s] - before.lower[s]) / before.lower[s];
+        if targets.ask[s] && gap > 0.0 { (1.0 - before.distance[s] / ecc) / gap } else { 0.0 }
+    };
+    picks.iter().zip(fields).map(one).fold(0.0, f64::max)
 }
 
 /// By how much, relatively, new fields contradict each other (d(a,b) against d(b,a)) and the bounds that earlier fields

@@ -22,7 +22,7 @@ mod topology;
 
 use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
-use envelope::{Envelope, TIE, Window};
+use envelope::{Envelope, Queue, TIE, Window};
 use propagate::{Arrival, Wave};
 use topology::{Crossing, NONE, Topology, norm, sub};
 
@@ -143,9 +143,12 @@ impl ExactGeodesics {
         let mut complete = wave.run(&mut pending, 0.0, job)?;
         let mut at_queries = self.evaluate(wave.state, &place, queries)?;
         if complete {
-            let farthest = at_queries.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
-            complete = wave.run(&mut pending, farthest, job)?;
-            at_queries = self.evaluate(wave.state, &place, queries)?;
+            let far = |d: &[f64]| d.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+            let (farthest, passed) = (far(&at_queries), far(&wave.state.dist));
+            if Queue::key(farthest) > Queue::key(passed) {
+                complete = wave.run(&mut pending, farthest, job)?;
+                at_queries = self.evaluate(wave.state, &place, queries)?;
+            }
         }
 
         let mut vertices = try_filled(mesh.rep.len(), f64::INFINITY, "exact geodesics: distances")?;

@@ -2,20 +2,30 @@
 
 use super::eccentricity::DistanceFields;
 use super::exact::{ExactGeodesics, Limits, Scratch, SurfacePoint};
-use crate::error::{Error, Result, try_filled};
+use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{bounding_box, distance};
+use crate::mesh::proxy::{Place, Proxy};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Exact distances between the vertices of a mesh, many sources in parallel.
+/// Exact distances between points of a mesh, many sources in parallel.
 pub struct ExactFields {
     solver: ExactGeodesics,
     component: Vec<u32>,
     components: usize,
     limits: Limits,
     windows: AtomicU64,
+    solves: AtomicU64,
+    /// The points, and for each that is a vertex of the solver's mesh its number there.
+    points: Vec<SurfacePoint>,
+    vertex: Vec<u32>,
+    /// The numbers of the points that are no vertices, and their places.
+    inside: Vec<u32>,
+    queries: Vec<SurfacePoint>,
+    /// Largest relative error of distances on the mesh that stands in for another.
+    distortion: f64,
 }
 
 /// Windows may be given up that shorten a path by no more than this share of the mesh's size: several times as fast, and
@@ -25,24 +35,104 @@ const TOLERANCE: f64 = 5e-4;
 /// Relative error that distances may have by it: eight times the largest seen on real parts.
 const EXCESS: f64 = 4.0 * TOLERANCE;
 
+/// Relative error of distances that was seen on real parts: up to this on all but one in thirty.
+const USUAL: f64 = TOLERANCE;
+
 /// Fields of one sweep for the diameter; it rarely takes more than three.
 const SWEEPS: usize = 4;
 
-/// Windows that are spent on bounds finer than asked for: about half a second of one core.
-const SPARE_WINDOWS: u64 = 1_500_000;
+/// Windows that are spent on bounds finer than asked for: about a fifth of a second of one core.
+const SPARE_WINDOWS: u64 = 500_000;
+
+/// Windows that may be spent on a field from every far end.
+const ALL_WINDOWS: u64 = 1_500_000;
 
 impl ExactFields {
-    /// Prepares a mesh; see [`ExactGeodesics::new`]. O(faces log faces).
+    /// Prepares a mesh; the points are its vertices. See [`ExactGeodesics::new`]. O(faces log faces).
+    ///
+    /// # Errors
+    /// Those of [`ExactGeodesics::new`].
     pub fn new(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<ExactFields> {
-        let solver = ExactGeodesics::new(positions, triangles)?;
         let (component, components) = components(positions.len(), triangles)?;
+        let mut vertex = try_vec(positions.len(), "points")?;
+        vertex.extend(0..positions.len() as u32);
+        let points = vertex.iter().map(|&v| SurfacePoint::Vertex(v)).collect();
+        Self::between(positions, triangles, (component, components), points, vertex)
+    }
+
+    /// Distances between `places` of a mesh that stands in for another, whose components are those of the places.
+    ///
+    /// # Errors
+    /// Those of [`ExactGeodesics::new`].
+    pub fn on_proxy(proxy: &Proxy, places: &[Place], component: Vec<u32>, components: usize) -> Result<ExactFields> {
+        let mut vertex = try_filled(places.len(), NONE, "points")?;
+        let mut points = try_vec(places.len(), "points")?;
+        for (p, at) in places.iter().zip(&mut vertex) {
+            let corner = p.weights.iter().position(|w| *w == 1.0).filter(|_| p.face != NONE);
+            points.push(match corner {
+                Some(k) => {
+                    *at = proxy.triangles[p.face as usize][k];
+                    SurfacePoint::Vertex(*at)
+                }
+                None => SurfacePoint::Face { face: p.face, weights: p.weights },
+            });
+        }
+        Self::between(&proxy.positions, &proxy.triangles, (component, components), points, vertex)
+    }
+
+    fn between(
+        positions: &[[f64; 3]],
+        triangles: &[[u32; 3]],
+        (component, components): (Vec<u32>, usize),
+        points: Vec<SurfacePoint>,
+        vertex: Vec<u32>,
+    ) -> Result<ExactFields> {
+        let solver = ExactGeodesics::new(positions, triangles)?;
         let (lo, hi) = bounding_box(triangles.iter().flatten().map(|&v| positions[v as usize]));
         let limits = Limits { tolerance: TOLERANCE * distance(lo, hi), ..Limits::default() };
-        Ok(ExactFields { solver, component, components, limits, windows: AtomicU64::new(0) })
+        let inside = (0..points.len() as u32).filter(|&i| vertex[i as usize] == NONE && component[i as usize] != NONE);
+        let inside: Vec<u32> = inside.collect();
+        let queries = inside.iter().map(|&i| points[i as usize]).collect();
+        let (windows, solves) = (AtomicU64::new(0), AtomicU64::new(0));
+        let distortion = 0.0;
+        Ok(ExactFields {
+            solver,
+            component,
+            components,
+            limits,
+            windows,
+            solves,
+            points,
+            vertex,
+            inside,
+            queries,
+            distortion,
+        })
+    }
+
+    /// The components of the points and their number.
+    pub fn components(&self) -> (&[u32], usize) {
+        (&self.component, self.components)
+    }
+
+    /// Windows that one field took on average.
+    pub fn windows_per_field(&self) -> f64 {
+        self.windows.load(Ordering::Relaxed) as f64 / self.solves.load(Ordering::Relaxed).max(1) as f64
+    }
+
+    /// How far distances are off, as far as is known: a share of the largest.
+    pub fn distance_error(&self) -> f64 {
+        USUAL + self.distortion
+    }
+
+    /// How far the distances on this mesh may be off those on the one that it stands in for, as a share of the largest.
+    pub fn set_distortion(&mut self, distortion: f64) {
+        self.distortion = distortion;
     }
 
     /// The longest shortest path of the surface as far as sweeps find it: from each of `starts` to its farthest of
-    /// `samples` (points inside faces) and the vertices, from there again, twice. Its length and two ends.
+    /// `samples` (points inside faces of the solver's mesh) and its vertices, from there again, a few times. Its length
+    /// and two ends.
     pub fn diameter(
         &self,
         starts: &[u32],
@@ -50,7 +140,7 @@ impl ExactFields {
         job: &Job,
     ) -> Result<Option<(f64, [SurfacePoint; 2])>> {
         let sweep = |scratch: &mut Scratch, &start: &u32| -> Result<(f64, [SurfacePoint; 2])> {
-            let mut from = SurfacePoint::Vertex(start);
+            let mut from = self.points[start as usize];
             let mut best = (0.0, [from; 2]);
             for _ in 0..SWEEPS {
                 let found = self.solver.distances(from, samples, &self.limits, scratch, job)?;
@@ -74,15 +164,22 @@ impl ExactFields {
     fn column(&self, sources: &[u32], scratch: &mut Scratch, job: &Job) -> Result<Vec<f64>> {
         let mut field = try_filled(self.component.len(), f64::NAN, "distances")?;
         for &s in sources {
-            let found = self.solver.distances(SurfacePoint::Vertex(s), &[], &self.limits, scratch, job)?;
+            let found = self.solver.distances(self.points[s as usize], &self.queries, &self.limits, scratch, job)?;
             self.windows.fetch_add(found.windows as u64, Ordering::Relaxed);
+            self.solves.fetch_add(1, Ordering::Relaxed);
             if !found.complete {
                 let message = format!("exact distances from vertex {s} need more than {} windows", found.windows);
                 return Err(Error::Numeric(message));
             }
-            for ((d, &exact), &c) in field.iter_mut().zip(&found.vertices).zip(&self.component) {
-                if c == self.component[s as usize] {
-                    *d = exact;
+            let component = self.component[s as usize];
+            for (i, d) in field.iter_mut().enumerate().filter(|(i, _)| self.component[*i] == component) {
+                if let Some(exact) = found.vertices.get(self.vertex[i] as usize) {
+                    *d = *exact;
+                }
+            }
+            for (&i, &exact) in self.inside.iter().zip(&found.queries) {
+                if self.component[i as usize] == component {
+                    field[i as usize] = exact;
                 }
             }
         }
@@ -94,8 +191,12 @@ impl DistanceFields for ExactFields {
     // a field costs far more than a look at the bounds
     const ROUND: (usize, usize) = (4, 32);
 
-    fn excess(&self) -> f64 {
-        EXCESS
+    fn error(&self) -> (f64, f64) {
+        (EXCESS + self.distortion, self.distortion)
+    }
+
+    fn has_spare_for(&self, count: usize) -> bool {
+        self.windows_per_field() > 0.0 && self.windows_per_field() * count as f64 <= ALL_WINDOWS as f64
     }
 
     // Read between rounds only, when the sum is the same for every number of threads.

@@ -155,11 +155,15 @@ impl DistanceFields for HeatSolver {
     const ROUND: (usize, usize) = (LANES, 8 * LANES);
 
     // Heat distances err to both sides; the contradictions among the fields show by how much.
-    fn excess(&self) -> f64 {
-        0.0
+    fn error(&self) -> (f64, f64) {
+        (0.0, 0.0)
     }
 
     fn has_spare(&self) -> bool {
+        false
+    }
+
+    fn has_spare_for(&self, _count: usize) -> bool {
         false
     }
 

@@ -2,7 +2,8 @@
 //!
 //! [`input`] turns raw buffers into a checked, welded [`TriMesh`], the only mesh type of the crate; [`topology`] finds
 //! edges, shells and a consistent orientation; [`diagnostics`] says what is wrong and where; [`measure`] holds the small
-//! formulas; [`surface`] refines the mesh to what D1 is computed on, and [`intrinsic`] makes triangles of any
+//! formulas; [`simplify`] and [`proxy`] take it down to what D1 is solved on where it is large, [`surface`] adds vertices
+//! to it, and [`intrinsic`] makes triangles of any
 //! shape fit for that.
 
 pub mod corners;
@@ -10,6 +11,8 @@ pub mod diagnostics;
 pub mod input;
 pub mod intrinsic;
 pub mod measure;
+pub mod proxy;
+pub mod simplify;
 pub mod surface;
 pub mod topology;
 

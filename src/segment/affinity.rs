@@ -59,7 +59,7 @@ impl Graph {
     }
 
     /// Number of nodes.
-    pub fn len(&self) -> usize {
+    pub fn node_count(&self) -> usize {
         self.first.len() - 1
     }
 
@@ -106,9 +106,9 @@ impl PartialOrd for Near {
     }
 }
 
-/// Dist: shortest distances from every source to all nodes, a row of `graph.len()` numbers a source.
+/// Dist: shortest distances from every source to all nodes, a row of `graph.node_count()` numbers a source.
 pub fn distances_from(graph: &Graph, sources: &[u32], job: &Job) -> Result<Vec<f64>> {
-    let n = graph.len();
+    let n = graph.node_count();
     let mut dist = try_filled(sources.len() * n, 0.0, "distances between faces")?;
     dist.par_chunks_mut(n.max(1)).zip(sources).try_for_each_init(BinaryHeap::new, |heap, (row, &source)| {
         graph.distances(source, row, heap);

@@ -16,6 +16,7 @@ use crate::thickness::bvh::RayMesh;
 use crate::thickness::chords::{first_met, widths_at};
 use crate::thickness::cone::{self, Cone};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Patches that stand for all in the embedding.
 const LANDMARKS: usize = 600;
@@ -41,6 +42,14 @@ fn pull(length: f64, concave: f64) -> f64 {
     length * (NEUTRAL - concave)
 }
 
+/// Greedy contraction is led astray by what it joins first. It is therefore begun several times, and the partition that
+/// cuts best is kept: at once; and from the smooth pieces that are left when convex edges, too, repel by this share of
+/// their turn.
+const STARTS: [Option<f64>; 3] = [None, Some(0.5), Some(0.25)];
+
+/// Two patches, and how much they attract each other.
+type Tie = ([u32; 2], f64);
+
 /// --- creases: the cut that maximises the turning along its borders. With `count`, that many parts are left.
 pub fn by_creases(
     scene: &Scene<'_>,
@@ -49,23 +58,102 @@ pub fn by_creases(
     count: Option<usize>,
     job: &Job,
 ) -> Result<Vec<u32>> {
-    let mut pulls: Vec<([u32; 2], f64)> =
-        patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
-    pulls.extend(across(scene, surface, patches, job)?);
-    let region = contract(patches.seed.len(), &pulls, count)?;
+    let over: Vec<Tie> = patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
+    let across = across(scene, surface, patches, job)?;
+    let mut pulls: Vec<Tie> = try_vec(over.len() + across.len(), "borders of patches")?;
+    pulls.extend(over.iter().chain(&across));
+    let begin = |convex: &Option<f64>| {
+        job.check()?;
+        let region = begun(patches, &pulls, *convex, count)?;
+        Ok((pulls.iter().filter(|p| parted(&region, p.0)).map(|p| p.1).sum::<f64>(), region))
+    };
+    let starts: Vec<(f64, Vec<u32>)> = STARTS.par_iter().map(begin).collect::<Result<_>>()?;
+    // where a number is asked for, only partitions into as many are compared
+    let misfit = |region: &[u32]| count.map_or(0, |k| distinct(region).abs_diff(k));
+    let best = starts.into_iter().min_by(|a, b| misfit(&a.1).cmp(&misfit(&b.1)).then(a.0.total_cmp(&b.0)));
+    let mut region = best.map_or(Vec::new(), |b| b.1);
+    if count.is_none() {
+        region = reunited(&region, &over, &across)?;
+    }
     Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
+}
+
+fn parted(region: &[u32], [p, q]: [u32; 2]) -> bool {
+    region[p as usize] != region[q as usize]
+}
+
+/// One start of the contraction.
+fn begun(patches: &Patches, pulls: &[Tie], convex: Option<f64>, count: Option<usize>) -> Result<Vec<u32>> {
+    let n = patches.seed.len();
+    let Some(share) = convex else { return contract(n, pulls, count) };
+    let smooth = |b: &Border| (b.patches, pull(b.length, b.concave + share * b.convex));
+    let smooth: Vec<Tie> = patches.borders.iter().map(smooth).collect();
+    let piece = contract(n, &smooth, None)?;
+    let between = pulls.iter().filter(|p| parted(&piece, p.0)).map(|&(p, w)| (p.map(|v| piece[v as usize]), w));
+    let between: Vec<Tie> = between.collect();
+    // patches that stand for no piece are nodes of the graph, too, without any border
+    let region = contract(n, &between, count.map(|k| k + n - distinct(&piece)))?;
+    Ok(piece.iter().map(|&p| region[p as usize]).collect())
+}
+
+/// Number of different labels, which are below their count.
+fn distinct(label: &[u32]) -> usize {
+    let mut seen = vec![false; label.len()];
+    label.iter().for_each(|&l| seen[l as usize] = true);
+    seen.into_iter().filter(|s| *s).count()
+}
+
+/// How much of what holds two pieces together across a wall counts, in shares of their attraction by the borders of the
+/// region between them. A floor and a bottom repel and attract the wall around them, length by length, by 1.0 and 0.55.
+const HOLD: f64 = 2.0;
+
+/// The floor and the bottom of a cup are one region across the wall between them, but hang together only through the
+/// wall around them. Pieces of one region are joined with a region through which they hang together if what holds them
+/// across, up to [`HOLD`] times what attracts them to it, outweighs what repels them from it. A rib that stands on a
+/// plate attracts nothing and stays a part.
+fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
+    let n = region.len();
+    let within: Vec<Tie> = over.iter().filter(|t| !parted(region, t.0)).map(|t| (t.0, 1.0)).collect();
+    let piece = contract(n, &within, None)?;
+    // --- by two pieces: how much they attract each other over their border; which are one across
+    let mut border: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+    for &(patches, w) in over.iter().filter(|t| parted(region, t.0)) {
+        let [p, q] = patches.map(|v| piece[v as usize]);
+        *border.entry([p, q]).or_insert(0.0) += w;
+        *border.entry([q, p]).or_insert(0.0) += w;
+    }
+    let mut held: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+    for &(patches, w) in across.iter().filter(|t| !parted(region, t.0)) {
+        let [p, q] = patches.map(|v| piece[v as usize]);
+        if p != q {
+            *held.entry([p.min(q), p.max(q)]).or_insert(0.0) += w;
+        }
+    }
+    // --- two pieces p and q, one across, and a piece r that both border on
+    let mut joins: Vec<Tie> = Vec::new();
+    for (&[p, q], &hold) in &held {
+        for (&[_, r], &a) in border.range([p, 0]..=[p, u32::MAX]) {
+            let Some(&b) = border.get(&[q, r]) else { continue };
+            let attract = a.max(0.0) + b.max(0.0);
+            if attract + a.min(0.0) + b.min(0.0) + hold.min(HOLD * attract) > 0.0 {
+                joins.extend([([p, r], 1.0), ([q, r], 1.0)]);
+            }
+        }
+    }
+    let joined = contract(n, &joins, None)?;
+    Ok(piece.iter().map(|&p| joined[p as usize]).collect())
 }
 
 /// Pairs of patches on opposite sides of one wall, which attract each other as a flat border as long as the patch is wide would:
 /// the floor of a cup belongs to its bottom, the bore of a pipe to its outside.
-fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: &Job) -> Result<Vec<([u32; 2], f64)>> {
+fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: &Job) -> Result<Vec<Tie>> {
     let dual = scene.dual;
     let points: Vec<Vec3> = patches.seed.iter().map(|&f| dual.centroid[f as usize]).collect();
     let ways: Vec<Vec3> = patches.seed.iter().map(|&f| scale(dual.normal[f as usize], -1.0)).collect();
     let parents: Vec<u32> = patches.seed.iter().map(|&f| scene.parent[f as usize]).collect();
     let width = widths_at(scene.rays, &points, &parents, &Cone::new(cone::RAYS, cone::ANGLE)?, job)?;
     let met = first_met(scene.rays, &points, &ways, Some(&parents), job)?;
-    let opposite = |p: usize| -> Option<([u32; 2], f64)> {
+    let opposite = |p: usize| -> Option<Tie> {
         // also false for a NaN; a longer way runs along the wall, not across it
         if !(met[p].distance <= ACROSS * width[p]) {
             return None;

@@ -26,7 +26,7 @@ pub struct Embedding {
 /// All nodes of `graph` by all pairs of distances: Eq. 23 and the leading `count` eigenvectors of D^-1/2 W D^-1/2, D
 /// being the row sums of the affinity W. 8 n² bytes.
 pub fn embed_all(graph: &Graph, count: usize, job: &Job) -> Result<Embedding> {
-    let samples: Vec<u32> = (0..graph.len() as u32).collect();
+    let samples: Vec<u32> = (0..graph.node_count() as u32).collect();
     let mass = try_filled(samples.len(), 1.0, "the embedding")?;
     embed(graph, samples, mass, count, job)
 }
@@ -34,7 +34,7 @@ pub fn embed_all(graph: &Graph, count: usize, job: &Job) -> Result<Embedding> {
 /// The same from a sample of the nodes (Nyström): W between `samples` and all nodes stands for the whole of it, every
 /// sample for the area `area` of the nodes nearest to it. Memory and time in proportion to samples × nodes.
 pub fn embed_sampled(graph: &Graph, samples: Vec<u32>, area: &[f64], count: usize, job: &Job) -> Result<Embedding> {
-    let n = graph.len();
+    let n = graph.node_count();
     let dist = distances_from(graph, &samples, job)?;
     let mut mass = try_filled(samples.len(), 0.0, "the embedding")?;
     for v in 0..n {
@@ -46,7 +46,7 @@ pub fn embed_sampled(graph: &Graph, samples: Vec<u32>, area: &[f64], count: usiz
 }
 
 fn embed(graph: &Graph, samples: Vec<u32>, mass: Vec<f64>, count: usize, job: &Job) -> Result<Embedding> {
-    let (n, m) = (graph.len(), samples.len());
+    let (n, m) = (graph.node_count(), samples.len());
     let whole = m == n;
     // --- Eq. 23
     let mut w = distances_from(graph, &samples, job)?;
@@ -69,7 +69,11 @@ fn embed(graph: &Graph, samples: Vec<u32>, mass: Vec<f64>, count: usize, job: &J
     });
 
     // --- leading eigenvectors
-    let pairs = leading(m, count, |x, width, y| Ok(multiply_dense(among, m, x, width, y)), job)?;
+    let product = |x: &[f64], width, y: &mut [f64]| {
+        multiply_dense(among, m, x, width, y);
+        Ok(())
+    };
+    let pairs = leading(m, count, product, job)?;
     let dim = pairs.values.len();
     if whole {
         return Ok(Embedding { values: pairs.values, coordinates: pairs.vectors, samples, mass });

@@ -2,9 +2,18 @@
 
 use super::bvh::{RayMesh, cross, dot, sub};
 use super::nearest::{closest_on_segment, closest_on_triangle};
+use super::tree::Block;
 
 /// Cosine of the angle between two contacts, seen from the centre, from which on they hold the sphere: 115 degrees.
-const HELD: f64 = -0.422_618_261_740_699_44;
+pub(super) const HELD: f64 = -0.422_618_261_740_699_44;
+
+/// Cosine of the angle from which on two contacts hold the sphere even if they are not met squarely: what is nearer
+/// around them is on opposite sides too.
+const OPPOSITE: f64 = -0.866;
+
+/// The tangent plane at a contact is taken to pass through a point if it is no further from it than this share of the
+/// radius.
+const TANGENT: f64 = 0.05;
 
 /// More contacts than this are not told apart; they would be on all sides.
 const MOST: usize = 96;
@@ -19,6 +28,16 @@ pub(super) struct Contact {
     pub d: f64,
     /// True if the face is met squarely: no surface around can be nearer.
     pub square: bool,
+    /// True if its tangent plane passes through the apex.
+    pub local: bool,
+}
+
+impl Contact {
+    /// Whether this and another hold the sphere: they lie on opposite sides, and are not both sides of one wedge.
+    #[inline(always)]
+    fn opposes(&self, other: &Contact) -> bool {
+        dot(self.up, other.up) <= HELD && !(self.local && other.local)
+    }
 }
 
 /// Cosine of the angle to the normal up to which a face is met squarely (2 degrees).
@@ -30,31 +49,50 @@ pub(super) struct Contacts {
     pub list: Vec<Contact>,
     /// Cosine of the angle within which contacts are one.
     same: f64,
+    /// The edge of a wedge from which the sphere slides out: its sides do not hold it.
+    pub apex: Option<[f64; 3]>,
+    /// Contacts this much nearer than a known one, as a share, do not matter.
+    rough: f64,
     /// Cosine of what is left of that angle beyond the disk.
     sure: f64,
 }
 
 impl Contacts {
     /// Sets how far from the sphere, as a share of its radius, surface still touches it. Where it touches a plane, that
-    /// is a disk on the sphere; contacts less than a little more than its radius apart are one.
+    /// is a disk on the sphere; contacts less than one and a half times its radius apart are one.
     #[inline(always)]
     pub fn set_tolerance(&mut self, tolerance: f64) {
         let disk = (1.0 / (1.0 + tolerance)).acos();
-        self.same = (1.25 * disk + 0.03).cos();
-        self.sure = (0.25 * disk + 0.03).cos();
+        self.same = (1.5 * disk + 0.03).cos();
+        self.rough = 1.0 - 0.1 * tolerance;
+        self.sure = (0.5 * disk + 0.03).cos();
     }
 
-    /// Whether a known contact makes it needless to look at a triangle with this outward normal whose plane is at the
-    /// signed height `h`: it can only touch further away and in nearly the same direction.
+    /// In which lanes of `block`, whose planes are at the signed `heights`, no look is needed: where a known contact is
+    /// at hand, the triangle can only touch further away (or hardly nearer) and in nearly the same direction.
     #[inline(always)]
-    pub fn cover(&self, outward: [f64; 3], h: f64) -> bool {
-        self.list.iter().any(|c| h.abs() >= c.d && dot(c.up, outward) * h > self.sure * h.abs())
+    pub fn cover(&self, block: &Block, heights: &[f64; 4]) -> [bool; 4] {
+        let mut most = [f64::NEG_INFINITY; 4];
+        for contact in &self.list {
+            let d = contact.d * self.rough;
+            for k in 0..4 {
+                let h = heights[k].abs();
+                let cos = contact.up[0] * block.normal[0][k]
+                    + contact.up[1] * block.normal[1][k]
+                    + contact.up[2] * block.normal[2][k];
+                let cos = if heights[k] > 0.0 { cos } else { -cos };
+                let cos = if h >= d { cos } else { -1.0 };
+                most[k] = if cos > most[k] { cos } else { most[k] };
+            }
+        }
+        most.map(|cos| cos > self.sure)
     }
 
     /// Adds a contact, or moves a similar one closer. True if it surely holds the sphere together with another, both
     /// no further than `certain`.
     #[inline(always)]
-    pub fn add(&mut self, new: Contact, certain: f64) -> bool {
+    pub fn add(&mut self, mut new: Contact, certain: f64, c: [f64; 3]) -> bool {
+        new.local = self.is_local(&new, c);
         let mut held = false;
         for other in &mut self.list {
             let cos = dot(other.up, new.up);
@@ -64,25 +102,52 @@ impl Contacts {
                 }
                 return false;
             }
-            held |= cos <= HELD && new.square && other.square && new.d <= certain && other.d <= certain;
+            held |= new.opposes(other)
+                && (cos <= OPPOSITE || (new.square && other.square))
+                && new.d <= certain
+                && other.d <= certain;
         }
+        self.push(new);
+        held
+    }
+
+    /// Adds a contact, whatever else there is; false if there are too many.
+    #[inline(always)]
+    pub fn push(&mut self, new: Contact) -> bool {
         if self.list.len() < MOST {
             self.list.push(new);
         }
-        held
+        self.list.len() < MOST
+    }
+
+    /// Whether the tangent plane at a contact of the sphere about `c` passes through the apex.
+    #[inline(always)]
+    fn is_local(&self, contact: &Contact, c: [f64; 3]) -> bool {
+        self.apex.is_some_and(|apex| (dot(sub(c, apex), contact.up) - contact.d).abs() < TANGENT * contact.d)
     }
 
     /// Sees the contacts' faces from a new centre and keeps those met squarely within `reach`. True if two of them, both
     /// no further than `certain`, hold the sphere.
     #[inline(always)]
     pub fn look_from(&mut self, mesh: &RayMesh, c: [f64; 3], reach: f64, certain: f64) -> bool {
-        self.list.retain_mut(|contact| {
+        let mut list = std::mem::take(&mut self.list);
+        for contact in &mut list {
             let away = sub(c, closest_on_triangle(c, mesh.corners(contact.face)));
             contact.d = dot(away, away).sqrt();
             contact.up = away.map(|x| x / contact.d);
             contact.square = dot(contact.up, mesh.normals[contact.face as usize]).abs() > SQUARE;
-            contact.d < reach && contact.square
-        });
+            contact.local = self.is_local(contact, c);
+        }
+        list.retain(|contact| contact.d < reach && contact.d > 0.0);
+        let opposite = |a: &Contact, b: &Contact| {
+            a.d <= certain && b.d <= certain && dot(a.up, b.up) <= OPPOSITE && !(a.local && b.local)
+        };
+        let held = list.iter().enumerate().any(|(i, a)| list[..i].iter().any(|b| opposite(a, b)));
+        list.retain(|contact| held || contact.square);
+        self.list = list;
+        if held {
+            return true;
+        }
         self.settle(reach);
         self.hold(certain)
     }
@@ -105,11 +170,32 @@ impl Contacts {
     /// Whether two contacts no further than `reach` lie on opposite sides.
     #[inline(always)]
     pub fn hold(&self, reach: f64) -> bool {
-        let near = |c: &&Contact| c.d <= reach;
+        let near: fn(&&Contact, f64) -> bool = |c, reach| c.d <= reach;
         let opposed = |(i, a): (usize, &Contact)| {
-            a.d <= reach && self.list[..i].iter().filter(near).any(|b| dot(a.up, b.up) <= HELD)
+            a.d <= reach && self.list[..i].iter().filter(|b| near(b, reach)).any(|b| a.opposes(b))
         };
         self.list.iter().enumerate().any(opposed)
+    }
+
+    /// The two contacts that are most opposed: the cosine of the angle between them, and half the way between them,
+    /// which is the radius of the sphere that they hold, to second order in how far this one is off.
+    pub fn most_opposed(&self) -> (f64, f64) {
+        let mut best = (1.0, f64::NAN);
+        for (i, a) in self.list.iter().enumerate() {
+            for b in self.list[..i].iter().filter(|b| !(a.local && b.local)) {
+                let cos = dot(a.up, b.up);
+                if cos < best.0 {
+                    best = (cos, (a.d + b.d) / 2.0);
+                }
+            }
+        }
+        best
+    }
+
+    /// The radius of the sphere that two contacts hold; None if there are no such two.
+    pub fn held_radius(&self) -> Option<f64> {
+        let (cos, radius) = self.most_opposed();
+        (cos <= HELD).then_some(radius)
     }
 
     /// The shortest vector of the convex hull of the contacts' directions: moving along it the centre leaves all
@@ -117,29 +203,28 @@ impl Contacts {
     pub fn fastest(&self) -> [f64; 3] {
         let Some(first) = self.list.first() else { return [0.0; 3] };
         // Corners of the hull's face nearest to the centre, one replaced at a time (Wolfe 1976, in three dimensions).
-        let mut face = vec![first.up];
+        let (mut face, mut corners) = ([first.up; 4], 1);
         let mut best = first.up;
         for _ in 0..64 {
             let least = dot(best, best);
             let ahead = self.list.iter().map(|c| c.up).min_by(|a, b| dot(*a, best).total_cmp(&dot(*b, best)));
             let Some(new) = ahead.filter(|u| dot(*u, best) < least - 1e-9) else { return best };
-            face.push(new);
-            if surround(&face) {
+            face[corners] = new;
+            if corners == 3 && surround(face) {
                 return [0.0; 3];
             }
-            let (v, corners) = shortest(&face);
+            let (v, next, left) = shortest(&face[..=corners]);
             if dot(v, v) >= least {
                 return best;
             }
-            (best, face) = (v, corners);
+            (best, face, corners) = (v, next, left);
         }
         best
     }
 }
 
 /// Whether the origin lies in the tetrahedron of four points.
-fn surround(points: &[[f64; 3]]) -> bool {
-    let &[a, b, c, d] = points else { return false };
+fn surround([a, b, c, d]: [[f64; 3]; 4]) -> bool {
     let side = |p, q, r, s| {
         let n = cross(sub(q, p), sub(r, p));
         dot(n, p) * dot(n, sub(p, s)) > 1e-12
@@ -147,20 +232,20 @@ fn surround(points: &[[f64; 3]]) -> bool {
     side(a, b, c, d) && side(b, c, d, a) && side(c, d, a, b) && side(d, a, b, c)
 }
 
-/// The shortest vector among the triangles of up to four points, and the corners of the triangle that has it.
-fn shortest(points: &[[f64; 3]]) -> ([f64; 3], Vec<[f64; 3]>) {
-    let mut best = (points[0], vec![points[0]]);
-    let mut offer = |v: [f64; 3], corners: &[[f64; 3]]| {
+/// The shortest vector among the triangles of up to four points, and the corners of the triangle that has it: how many.
+fn shortest(points: &[[f64; 3]]) -> ([f64; 3], [[f64; 3]; 4], usize) {
+    let mut best = (points[0], [points[0]; 4], 1);
+    let mut offer = |v: [f64; 3], [a, b, c]: [[f64; 3]; 3], corners: usize| {
         if dot(v, v) < dot(best.0, best.0) {
-            best = (v, corners.to_vec());
+            best = (v, [a, b, c, c], corners);
         }
     };
     for (i, &a) in points.iter().enumerate() {
-        offer(a, &[a]);
+        offer(a, [a, a, a], 1);
         for (j, &b) in points[..i].iter().enumerate() {
-            offer(closest_on_segment(a, b), &[a, b]);
+            offer(closest_on_segment(a, b), [a, b, b], 2);
             for &c in &points[..j] {
-                offer(closest_on_triangle([0.0; 3], [a, b, c]), &[a, b, c]);
+                offer(closest_on_triangle([0.0; 3], [a, b, c]), [a, b, c], 3);
             }
         }
     }

@@ -8,6 +8,7 @@ mod exposed;
 pub mod inscribed;
 mod lanes;
 mod nearest;
+mod rest;
 pub mod sdf;
 mod tree;
 pub mod wall;
@@ -17,3 +18,5 @@ pub mod wall;
 mod shapes;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod wall_tests;

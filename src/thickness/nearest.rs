@@ -1,9 +1,9 @@
 //! Spheres among triangles: how far one can grow before it meets the surface; and what lies in a box.
 
-use super::bvh::{RayMesh, along, dot, sub};
+use super::bvh::{RayMesh, SAME_SURFACE, along, cross, dot, sub};
 use super::contact::{Contact, Contacts, SQUARE};
 use super::lanes::Lanes;
-use super::tree::{LEAF, Stack, faces_of, sort_new, up};
+use super::tree::{Block, LEAF, Stack, Visitor, faces_of};
 
 /// Spheres about c + s v of radius r + s |v|^2, for s >= 0.
 #[derive(Debug, Clone, Copy)]
@@ -64,60 +64,10 @@ impl RayMesh {
 
     #[inline(always)]
     fn shrink_pass<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, slack: f64, stop: &mut Stop) {
-        let (mut c, mut r) = growth.at(stop.s);
-        let (mut inner, mut outer) = (r * (1.0 - slack), r * (1.0 - slack / 2.0));
-        stop.clear = outer;
-        let mut d2 = [0.0f32; 8];
-        let mut at = 0u32;
-        stack.clear();
-        loop {
-            if at & LEAF == 0 {
-                let Some(node) = self.tree.nodes.get(at as usize) else { return };
-                let c32 = [c[0] as f32, c[1] as f32, c[2] as f32];
-                let mut mask = lanes.distances(node, c32, up(outer * outer), &mut d2);
-                let base = stack.len();
-                while mask != 0 {
-                    let k = (mask.trailing_zeros() & 7) as usize;
-                    mask &= mask - 1;
-                    stack.push((d2[k], node.child[k]));
-                }
-                sort_new(stack, base);
-            } else {
-                let Some(block) = self.tree.blocks.get((at & !LEAF) as usize) else { return };
-                let heights = block.heights(c);
-                for k in 0..4 {
-                    if heights[k].abs() >= outer {
-                        continue;
-                    }
-                    let corners = block.corners(k);
-                    loop {
-                        let q = closest_on_triangle(c, corners);
-                        let w = sub(c, q);
-                        let d = dot(w, w).sqrt();
-                        if d >= inner {
-                            stop.clear = stop.clear.min(d);
-                            break;
-                        }
-                        let s = growth.touch(q);
-                        stop.contact = Some((q, block.face[k]));
-                        if !(s < stop.s * (1.0 - 1e-6)) {
-                            break;
-                        }
-                        stop.s = s;
-                        (c, r) = growth.at(s);
-                        (inner, outer) = (r * (1.0 - slack), r * (1.0 - slack / 2.0));
-                        stop.clear = outer;
-                        if s == 0.0 {
-                            return;
-                        }
-                    }
-                }
-            }
-            at = match stack.pop() {
-                Some((_, child)) => child,
-                None => return,
-            };
-        }
+        let (c, r) = growth.at(stop.s);
+        let mut shrinker = Shrinker { growth, slack, stop, c, inner: 0.0 };
+        shrinker.set(c, r);
+        self.tree.approach(lanes, stack, c, shrinker.stop.clear, &mut shrinker);
     }
 
     /// Where the largest empty sphere about `c` touches the surface: all places within the share `tolerance` of its
@@ -140,55 +90,28 @@ impl RayMesh {
         if contacts.look_from(self, c, high * grown, certain) {
             return None;
         }
-        let c32 = [c[0] as f32, c[1] as f32, c[2] as f32];
-        let mut best = contacts.list.first().map_or(high, |c| high.min(c.d));
-        let mut d2 = [0.0f32; 8];
-        let mut at = 0u32;
-        stack.clear();
-        loop {
-            let reach = best * grown;
-            if at & LEAF == 0 {
-                let Some(node) = self.tree.nodes.get(at as usize) else { break };
-                let mut mask = lanes.distances(node, c32, up(reach * reach), &mut d2);
-                let base = stack.len();
-                while mask != 0 {
-                    let k = (mask.trailing_zeros() & 7) as usize;
-                    mask &= mask - 1;
-                    stack.push((d2[k], node.child[k]));
-                }
-                sort_new(stack, base);
-            } else if let Some(block) = self.tree.blocks.get((at & !LEAF) as usize) {
-                let heights = block.heights(c);
-                for k in 0..4 {
-                    let reach = best * grown;
-                    let h = heights[k];
-                    if h.abs() >= reach || contacts.cover(block.outward(k), h) {
-                        continue;
-                    }
-                    let away = sub(c, closest_on_triangle(c, block.corners(k)));
-                    let d = dot(away, away).sqrt();
-                    if d < reach && d > 0.0 {
-                        best = best.min(d);
-                        let square = h.abs() > SQUARE * d;
-                        if contacts.add(Contact { up: away.map(|x| x / d), face: block.face[k], d, square }, certain) {
-                            return None;
-                        }
-                    }
-                }
-            }
-            let reach = best * grown;
-            at = loop {
-                match stack.pop() {
-                    Some((d2, child)) if d2 <= up(reach * reach) => break child,
-                    Some(_) => {}
-                    None => {
-                        contacts.settle(reach);
-                        return Some(best);
-                    }
-                }
-            };
+        let best = contacts.list.first().map_or(high, |c| high.min(c.d));
+        let mut finder = Finder { contacts, c, best, grown, certain, held: false };
+        self.tree.approach(lanes, stack, c, best * grown, &mut finder);
+        let (best, held) = (finder.best, finder.held);
+        if held {
+            return None;
         }
+        contacts.settle(best * grown);
         Some(best)
+    }
+
+    /// The faces that `p` (in units of the tree) lies on, in order.
+    pub(super) fn faces_at(&self, p: [f64; 3]) -> Vec<u32> {
+        let mut faces = Vec::new();
+        self.faces_near(p.map(|x| x - SAME_SURFACE), p.map(|x| x + SAME_SURFACE), |face| {
+            let away = sub(p, closest_on_triangle(p, self.corners(face)));
+            if dot(away, away) < SAME_SURFACE * SAME_SURFACE {
+                faces.push(face);
+            }
+        });
+        faces.sort_unstable();
+        faces
     }
 
     /// Calls `visit` for the faces whose surroundings meet the box from `lo` to `hi` (units of the tree), and some near.
@@ -208,6 +131,112 @@ impl RayMesh {
                 faces_of(block).for_each(&mut visit);
             }
         }
+    }
+}
+
+/// Shrinks a sphere until less than a share of its radius of any triangle is in it.
+struct Shrinker<'a> {
+    growth: &'a Growth,
+    slack: f64,
+    stop: &'a mut Stop,
+    c: [f64; 3],
+    /// Surface may come this near to the centre.
+    inner: f64,
+}
+
+impl Shrinker<'_> {
+    #[inline(always)]
+    fn set(&mut self, c: [f64; 3], r: f64) {
+        (self.c, self.inner, self.stop.clear) = (c, r * (1.0 - self.slack), r * (1.0 - self.slack / 2.0));
+    }
+
+    /// Shrinks to one triangle.
+    #[inline(always)]
+    fn meet(&mut self, corners: [[f64; 3]; 3], face: u32) {
+        loop {
+            let q = closest_on_triangle(self.c, corners);
+            let w = sub(self.c, q);
+            let d = dot(w, w).sqrt();
+            if d >= self.inner {
+                self.stop.clear = self.stop.clear.min(d);
+                break;
+            }
+            let s = self.growth.touch(q);
+            self.stop.contact = Some((q, face));
+            if !(s < self.stop.s * (1.0 - 1e-6)) {
+                break;
+            }
+            self.stop.s = s;
+            let (c, r) = self.growth.at(s);
+            self.set(c, r);
+        }
+    }
+}
+
+impl Visitor for Shrinker<'_> {
+    #[inline(always)]
+    fn visit(&mut self, block: &Block) -> ([f64; 3], f64) {
+        let heights = block.heights(self.c);
+        if heights.iter().all(|h| h.abs() >= self.inner) {
+            self.stop.clear = heights.iter().fold(self.stop.clear, |m, h| m.min(h.abs()));
+        } else {
+            let (d2, seen) = (block.distances2(self.c, &heights), self.c);
+            for k in 0..4 {
+                if seen == self.c && d2[k] >= self.inner * self.inner {
+                    self.stop.clear = self.stop.clear.min(d2[k].sqrt());
+                } else {
+                    self.meet(block.corners(k), block.face[k]);
+                }
+            }
+        }
+        (self.c, self.growth.at(self.stop.s).1 * (1.0 - self.slack / 2.0))
+    }
+}
+
+/// Finds where a sphere touches.
+struct Finder<'a> {
+    contacts: &'a mut Contacts,
+    c: [f64; 3],
+    /// Distance of the nearest surface seen.
+    best: f64,
+    grown: f64,
+    certain: f64,
+    held: bool,
+}
+
+impl Visitor for Finder<'_> {
+    #[inline(always)]
+    fn visit(&mut self, block: &Block) -> ([f64; 3], f64) {
+        let heights = block.heights(self.c);
+        let mut near = heights.map(|h| h.abs() < self.best * self.grown);
+        if near != [false; 4] {
+            let covered = self.contacts.cover(block, &heights);
+            for k in 0..4 {
+                near[k] &= !covered[k];
+            }
+        }
+        if near == [false; 4] {
+            return (self.c, self.best * self.grown);
+        }
+        let d2 = block.distances2(self.c, &heights);
+        for k in 0..4 {
+            let reach = self.best * self.grown;
+            if !near[k] || d2[k] >= reach * reach {
+                continue;
+            }
+            let away = sub(self.c, closest_on_triangle(self.c, block.corners(k)));
+            let d = dot(away, away).sqrt();
+            if d < reach && d > 0.0 {
+                self.best = self.best.min(d);
+                let square = heights[k].abs() > SQUARE * d;
+                let new = Contact { up: away.map(|x| x / d), face: block.face[k], d, square, local: false };
+                if self.contacts.add(new, self.certain, self.c) {
+                    self.held = true;
+                    return (self.c, 0.0);
+                }
+            }
+        }
+        (self.c, self.best * self.grown)
     }
 }
 
@@ -243,6 +272,13 @@ pub(super) fn closest_on_triangle(p: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> [f64
     }
     let scale = 1.0 / (va + vb + vc);
     along(along(a, vb * scale, ab), vc * scale, ac)
+}
+
+/// Height of a triangle over its longest side.
+pub(super) fn height([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    let n = cross(sub(b, a), sub(c, a));
+    let longest = [sub(b, a), sub(c, b), sub(a, c)].map(|e| dot(e, e)).into_iter().fold(0.0, f64::max);
+    if longest > 0.0 { dot(n, n).sqrt() / longest.sqrt() } else { 0.0 }
 }
 
 /// `a / (a + b)` of two numbers that are not negative.

@@ -128,12 +128,10 @@ fn rays_do_not_slip_between_triangles() {
         }
     }
     let flat = mapped(icosphere(9), |p| [(p[0] * 8.0).round() / 8.0, p[1], 0.4 * p[2]]);
-    for shape in [icosphere(12), cuboid([1.0, 1.0, 1.0].map(|x| x * 0.5), [8, 8, 8]), flat] {
+    let cube = mapped(cuboid([0.5; 3], [8, 8, 8]), |p| p.map(|x| x - 0.24));
+    for shape in [icosphere(12), cube, flat] {
         let shape = mapped(shape, |p| p.map(|x| x - 0.01));
         let mesh = on(1, |job| RayMesh::new(&shape.0, &shape.1, job));
-        if shape.0.iter().all(|p| p.iter().all(|x| *x > -0.02)) {
-            continue; // the origin below is inside the other two
-        }
         assert_eq!(with_best(Aim(&shape, &mesh)), 0);
         assert_eq!(Aim(&shape, &mesh).run(Portable), 0);
     }

@@ -35,6 +35,11 @@ pub(super) struct Block {
     pub face: [u32; 4],
 }
 
+/// Looks at blocks. A trait and not a closure, which would not be compiled for the instruction set at hand.
+pub(super) trait Visitor {
+    fn visit(&mut self, block: &Block) -> ([f64; 3], f64);
+}
+
 /// Stands for no face.
 pub(super) const NO_FACE: u32 = u32::MAX;
 
@@ -60,6 +65,42 @@ impl Block {
         h
     }
 
+    /// Squared distances of `p` from the triangles.
+    #[inline(always)]
+    pub fn distances2(&self, p: [f64; 3], heights: &[f64; 4]) -> [f64; 4] {
+        let mut d2 = [f64::INFINITY; 4];
+        let mut inside = [f64::INFINITY; 4];
+        for v in 0..3 {
+            let (from, to) = (&self.v[v], &self.v[(v + 1) % 3]);
+            let mut e = [[0.0; 4]; 3];
+            let mut w = [[0.0; 4]; 3];
+            for a in 0..3 {
+                for k in 0..4 {
+                    e[a][k] = to[a][k] - from[a][k];
+                    w[a][k] = p[a] - from[a][k];
+                }
+            }
+            for k in 0..4 {
+                let n = [self.normal[0][k], self.normal[1][k], self.normal[2][k]];
+                let side = (e[1][k] * w[2][k] - e[2][k] * w[1][k]) * n[0]
+                    + (e[2][k] * w[0][k] - e[0][k] * w[2][k]) * n[1]
+                    + (e[0][k] * w[1][k] - e[1][k] * w[0][k]) * n[2];
+                inside[k] = if side < inside[k] { side } else { inside[k] };
+                let s = (e[0][k] * w[0][k] + e[1][k] * w[1][k] + e[2][k] * w[2][k])
+                    / (e[0][k] * e[0][k] + e[1][k] * e[1][k] + e[2][k] * e[2][k]);
+                let s = if s > 0.0 { s } else { 0.0 };
+                let s = if s < 1.0 { s } else { 1.0 };
+                let q = [w[0][k] - s * e[0][k], w[1][k] - s * e[1][k], w[2][k] - s * e[2][k]];
+                let edge = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
+                d2[k] = if edge < d2[k] { edge } else { d2[k] };
+            }
+        }
+        for k in 0..4 {
+            d2[k] = if inside[k] >= 0.0 { heights[k] * heights[k] } else { d2[k] };
+        }
+        d2
+    }
+
     /// Corners of the triangle in lane `k`.
     #[inline(always)]
     pub fn corners(&self, k: usize) -> [[f64; 3]; 3] {
@@ -69,12 +110,6 @@ impl Block {
             [v[1][0][k], v[1][1][k], v[1][2][k]],
             [v[2][0][k], v[2][1][k], v[2][2][k]],
         ]
-    }
-
-    /// Outward normal of the triangle in lane `k`.
-    #[inline(always)]
-    pub fn outward(&self, k: usize) -> [f64; 3] {
-        [self.normal[0][k], self.normal[1][k], self.normal[2][k]]
     }
 }
 
@@ -149,6 +184,51 @@ impl Tree {
             at = loop {
                 match stack.pop() {
                     Some((t, child)) if t <= tmax32 => break child,
+                    Some(_) => {}
+                    None => return,
+                }
+            };
+        }
+    }
+
+    /// Shows `visitor` the blocks within `reach` of `from`, the nearer ones first. It returns what centre and reach are
+    /// from then on; the reach only shrinks, and where it is 0 nothing more is visited.
+    #[inline(always)]
+    pub fn approach<L: Lanes>(
+        &self,
+        lanes: L,
+        stack: &mut Stack,
+        from: [f64; 3],
+        mut reach: f64,
+        visitor: &mut impl Visitor,
+    ) {
+        stack.clear();
+        let (mut c, mut d2) = (from, [0.0f32; 8]);
+        let mut at = 0u32;
+        loop {
+            let limit = up(reach * reach);
+            if at & LEAF == 0 {
+                let Some(node) = self.nodes.get(at as usize) else { return };
+                let mut mask = lanes.distances(node, c.map(|x| x as f32), limit, &mut d2);
+                let base = stack.len();
+                while mask != 0 {
+                    let k = (mask.trailing_zeros() & 7) as usize;
+                    mask &= mask - 1;
+                    stack.push((d2[k], node.child[k]));
+                }
+                sort_new(stack, base);
+            } else {
+                let Some(block) = self.blocks.get((at & !LEAF) as usize) else { return };
+                (c, reach) = visitor.visit(block);
+                if reach <= 0.0 {
+                    return;
+                }
+            }
+            // Distances on the stack are from where the centre was.
+            let limit = if c == from { up(reach * reach) } else { f32::INFINITY };
+            at = loop {
+                match stack.pop() {
+                    Some((d2, child)) if d2 <= limit => break child,
                     Some(_) => {}
                     None => return,
                 }

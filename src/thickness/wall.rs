@@ -15,15 +15,18 @@
 //!    lets it grow.
 //!
 //! So a plate reads its thickness on its sides, on its rim and at its corners, a bar its width also on its ends, a
-//! sphere its diameter, a wedge sharper than 65 degrees the sphere between its sides (and 0 on its edge), a blunter
-//! corner, such as that of a tetrahedron, the sphere that fits the body behind it. The sphere depends on where the
-//! surface is, not on how it is cut into triangles.
+//! sphere its diameter, a wedge sharper than 65 degrees the sphere between its sides, a blunter corner, such as that of
+//! a tetrahedron, the sphere that fits the body behind it. On the edge of a sharp wedge, where the sphere between its
+//! sides has no size, its two sides do not hold the sphere, and it slides out of the wedge: the body behind the blade
+//! counts. At a concave edge there is a sphere on each side, and the smaller one counts. The sphere depends on where
+//! the surface is, not on how it is cut into triangles.
 
 use super::bvh::{RayMesh, SAME_SURFACE, dot, sub};
-use super::contact::{Contact, Contacts};
+use super::contact::{Contact, Contacts, HELD};
 use super::exposed::Exposed;
 use super::lanes::{Lanes, Work, with_best};
 use super::nearest::Growth;
+use super::rest::Starts;
 use super::tree::Stack;
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
@@ -45,9 +48,9 @@ const PROGRESS: f64 = 1e-3;
 /// Corners are left in few steps; where a surface is so rough that they do not suffice, the last sphere is as good.
 const STEPS: usize = 40;
 
-/// Triangles lower than this (in units of the tree) have no trustworthy normal: corners of files in single precision
-/// are off by up to a thirtieth of it.
-const FLAT: f64 = 4e-6;
+/// Where nothing grows at a point, this share of the way to the centroids of its faces is tried, on this many faces.
+const ASIDE: [f64; 2] = [0.02, 0.3];
+const MOST_ASIDE: usize = 6;
 
 /// Points in one piece of parallel work.
 const CHUNK: usize = 256;
@@ -74,6 +77,12 @@ enum Outcome {
     Buried,
     Open,
     Degenerate,
+}
+
+impl Outcome {
+    fn is_sphere(self) -> bool {
+        matches!(self, Outcome::Ball(_, r) if r >= SAME_SURFACE)
+    }
 }
 
 /// A mesh ready for measuring wall widths: the surface of the union of its shells.
@@ -204,8 +213,15 @@ impl Work for Piece<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
         let mesh = self.surface.mesh();
-        let (contacts, before) = (Contacts::default(), Contacts::default());
-        let mut grower = Grower { mesh, lanes, stack: Stack::new(), contacts, before, empty: ([0.0; 3], 0.0) };
+        let mut grower = Grower {
+            mesh,
+            lanes,
+            stack: Stack::new(),
+            starts: Starts::default(),
+            contacts: Contacts::default(),
+            before: Contacts::default(),
+            empty: ([0.0; 3], 0.0),
+        };
         let mut faces = Vec::new();
         for &i in self.piece {
             let p = mesh.to_unit(self.points[i as usize]);
@@ -223,6 +239,7 @@ struct Grower<'a, L> {
     mesh: &'a RayMesh,
     lanes: L,
     stack: Stack,
+    starts: Starts,
     contacts: Contacts,
     before: Contacts,
     /// A sphere known to be empty.
@@ -230,32 +247,93 @@ struct Grower<'a, L> {
 }
 
 impl<L: Lanes> Grower<'_, L> {
+    /// The sphere at `p`, which lies on `faces`: of those on different sides of a concave edge the smallest.
     #[inline(always)]
     fn grow(&mut self, p: [f64; 3], faces: &[u32]) -> Outcome {
-        // --- step 1: rest on the faces at the point, and grow until something else is touched
-        if !self.rest_on(faces) {
-            return Outcome::Degenerate;
+        let mut starts = std::mem::take(&mut self.starts);
+        let mut outcome = Outcome::Degenerate;
+        let mut other = Vec::new();
+        // At the point; with faces that touch it without sharing it as a corner; on each face a little aside, for
+        // points where slivers leave nothing to rest on.
+        let asides = ASIDE.iter().flat_map(|&s| faces.iter().take(MOST_ASIDE).map(move |&f| (s, Some(f))));
+        for (share, aside) in [(0.0, None), (0.0, Some(u32::MAX))].into_iter().chain(asides) {
+            let mut at = p;
+            let on = match aside {
+                None => faces,
+                Some(u32::MAX) => {
+                    other = self.mesh.faces_at(p);
+                    &other
+                }
+                Some(face) => {
+                    let corners = self.mesh.corners(face);
+                    at = std::array::from_fn(|a| {
+                        p[a] + share * ((corners[0][a] + corners[1][a] + corners[2][a]) / 3.0 - p[a])
+                    });
+                    other.clear();
+                    other.push(face);
+                    &other
+                }
+            };
+            if starts.find(self.mesh, at, on) {
+                let found = self.smallest(at, &starts);
+                outcome = if outcome == Outcome::Degenerate || found.is_sphere() { found } else { outcome };
+            }
+            if outcome == Outcome::Degenerate || outcome.is_sphere() {
+                break;
+            }
         }
-        if self.contacts.hold(0.0) {
-            return Outcome::Ball(p, 0.0);
+        self.starts = starts;
+        outcome
+    }
+
+    /// The smallest sphere that is one at all; the point if none is.
+    #[inline(always)]
+    fn smallest(&mut self, p: [f64; 3], starts: &Starts) -> Outcome {
+        let mut best: Option<([f64; 3], f64)> = None;
+        let mut open = false;
+        for start in &starts.list {
+            self.contacts.apex = None;
+            self.contacts.list.clone_from(&start.contacts);
+            if self.contacts.hold(0.0) {
+                // The edge of a blade has no width of its own: that of the body behind it counts.
+                self.contacts.apex = Some(p);
+                self.contacts.list.iter_mut().for_each(|c| c.local = true);
+            }
+            self.before.apex = self.contacts.apex;
+            match self.follow(p, start.v) {
+                Outcome::Ball(c, r) if r >= SAME_SURFACE && best.is_none_or(|b| r < b.1) => best = Some((c, r)),
+                Outcome::Open => open = true,
+                _ => {}
+            }
         }
-        let v = self.contacts.fastest();
+        match best {
+            Some((c, r)) => Outcome::Ball(c, r),
+            None if open => Outcome::Open,
+            None => Outcome::Ball(p, 0.0),
+        }
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, p: [f64; 3], v: [f64; 3]) -> Outcome {
+        // --- step 1: grow until something else is touched
         let g = dot(v, v);
-        if g < 1e-4 {
-            return Outcome::Ball(p, 0.0);
-        }
         let Some((mut c, mut r)) = self.advance(&Growth { c: p, r: 0.0, v, g }, EXACT) else { return Outcome::Open };
         let (mesh, lanes) = (self.mesh, self.lanes);
         match mesh.touching(lanes, &mut self.stack, c, (r * (1.0 - EXACT), r), NEAR, &mut self.contacts) {
-            None => return Outcome::Ball(c, r),
+            None => return Outcome::Ball(c, self.contacts.held_radius().unwrap_or(r)),
             Some(exact) => r = exact,
         }
         let mut level = 0;
+        let mut beyond: Option<(f64, f64)> = None;
         for _ in 0..STEPS {
             // --- step 2: held, or nowhere to go?
             let v = self.contacts.fastest();
             let g = dot(v, v);
-            if self.contacts.hold(f64::INFINITY) || g < 1e-3 {
+            if let Some(held) = self.contacts.held_radius() {
+                r = held;
+                break;
+            }
+            if g < 1e-3 {
                 break;
             }
             // --- step 3: slide out of the corner
@@ -270,37 +348,27 @@ impl<L: Lanes> Grower<'_, L> {
             if reached > r * (1.0 + PROGRESS) && (last || !held) {
                 (c, r) = (to, reached);
                 if held {
+                    r = self.contacts.held_radius().unwrap_or(r);
                     break;
                 }
                 level = level.min(1);
             } else if last {
+                // Stuck on the facets of a round surface, between where it is held and where it is not.
+                if let Some((cos, held)) = beyond.filter(|b| b.1 > r) {
+                    let now = self.before.most_opposed().0.max(HELD);
+                    r += (held - r) * (now - HELD) / (now - cos);
+                }
                 break;
             } else {
                 // Too far, or not far enough to matter: back, and with care.
-                level = SLACK.len() - 1;
+                if held {
+                    beyond = Some(self.contacts.most_opposed()).filter(|b| b.0 < HELD);
+                }
+                level += 1;
                 std::mem::swap(&mut self.contacts, &mut self.before);
             }
         }
         Outcome::Ball(c, r)
-    }
-
-    /// Contacts with the faces at the point.
-    #[inline(always)]
-    fn rest_on(&mut self, faces: &[u32]) -> bool {
-        self.contacts.list.clear();
-        self.contacts.set_tolerance(0.0);
-        for least in [FLAT, 0.0] {
-            for &face in faces {
-                let up = self.mesh.normals[face as usize].map(|x| -x);
-                if up != [0.0; 3] && height(self.mesh.corners(face)) > least {
-                    self.contacts.add(Contact { up, face, d: 0.0, square: true }, -1.0);
-                }
-            }
-            if !self.contacts.list.is_empty() {
-                break;
-            }
-        }
-        !self.contacts.list.is_empty()
     }
 
     /// The sphere to which `growth` leads, with up to `slack` of its radius inside the surface; None if nothing stops
@@ -327,7 +395,7 @@ impl<L: Lanes> Grower<'_, L> {
         // Their distances are found when the contacts are next looked at.
         for face in stopped_by.into_iter().flatten() {
             if self.contacts.list.iter().all(|c| c.face != face) {
-                self.contacts.list.push(Contact { up: [0.0; 3], face, d: f64::INFINITY, square: false });
+                self.contacts.list.push(Contact { up: [0.0; 3], face, d: f64::INFINITY, square: false, local: false });
             }
         }
         if stopped_by == [None, None] {
@@ -355,11 +423,4 @@ fn near_each_other(mesh: &RayMesh, points: &[[f64; 3]]) -> Result<Vec<u32>> {
     let mut order = try_vec(points.len(), "order of the points")?;
     order.extend(keys.iter().map(|k| k.1));
     Ok(order)
-}
-
-/// Height of a triangle over its longest side.
-fn height([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    let n = super::bvh::cross(sub(b, a), sub(c, a));
-    let longest = [sub(b, a), sub(c, b), sub(a, c)].map(|e| dot(e, e)).into_iter().fold(0.0, f64::max);
-    if longest > 0.0 { dot(n, n).sqrt() / longest.sqrt() } else { 0.0 }
 }

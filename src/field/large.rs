@@ -1,0 +1,150 @@
+//! D1 of meshes that are too large for exact distances between all their vertices: they are solved for between points
+//! spread evenly over a mesh of few faces that stands in, and every vertex gets the value of the place nearest to it.
+
+use super::Options;
+use super::accuracy::{Accuracy, Method, distortion, pair, probes};
+use super::print::{Lengths, MOST_DISTORTION, barycentric, far_ends, measure, stand_in};
+use crate::error::{Error, Result, try_filled, try_vec};
+use crate::geodesic::{Eccentricity, ExactFields};
+use crate::job::{Job, Stage};
+use crate::mesh::NONE;
+use crate::mesh::measure::{Vec3, corners};
+use crate::mesh::proxy::{Place, Proxy, places};
+use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
+use rayon::prelude::*;
+
+/// The mesh is first taken down to this many faces, on which a few fields tell how right the others are.
+const REFERENCE_FACES: usize = 16_000;
+/// It may have this many more if it has to, to stay where it was.
+const REFERENCE_LIMIT: usize = 60_000;
+/// Distance of the reference from the part, as a share of the part's size: the first that is coarse enough is taken.
+const REFERENCE_SHARES: [f64; 3] = [2e-4, 1e-3, 5e-3];
+/// Faces at least and distance of the mesh that stands in for the reference.
+const PROXIES: [(usize, f64); 4] = [(500, 2e-3), (1_000, 1e-3), (3_000, 2.5e-4), (REFERENCE_FACES, 0.0)];
+/// Two fields see a part of the distortion that all have: it is taken to be this many times as large.
+const UNSEEN: f64 = 2.0;
+/// Points that D1 is solved for at.
+const POINTS: usize = 4_000;
+
+/// D1 of every vertex and the longest way across.
+///
+/// # Errors
+/// [`Error::Numeric`] for a mesh that does not simplify or takes too many windows, those of the solvers.
+pub(super) fn lengths(positions: &[Vec3], triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<Lengths> {
+    job.begin(Stage::Surface, 0.35, 0.42, 3)?;
+    let reference = reference(positions, triangles, job)?;
+    job.advance(1)?;
+    let truth = ExactFields::new(&reference.positions, &reference.triangles)?;
+    let sources = probes(&reference.positions, &reference.triangles);
+    let truth = pair(&truth, sources, job)?;
+    for (faces, share) in PROXIES {
+        let proxy = stand_in(&reference.positions, &reference.triangles, faces, share, job)?;
+        let error = {
+            let from = (&reference.positions[..], &reference.triangles[..]);
+            let places = places(from, &proxy.onto, (&proxy.positions, &proxy.triangles), job)?;
+            let component = reference_components(&reference)?;
+            let on_proxy = ExactFields::on_proxy(&proxy, &places, component.0, component.1)?;
+            distortion(&truth, &pair(&on_proxy, sources, job)?, 0.0)
+        };
+        if error <= MOST_DISTORTION || share == 0.0 {
+            let proxy = Proxy {
+                original: proxy.original.iter().map(|&v| reference.original[v as usize]).collect(),
+                onto: reference.onto.iter().map(|&v| if v == NONE { NONE } else { proxy.onto[v as usize] }).collect(),
+                ..proxy
+            };
+            return solve((positions, triangles), &proxy, error, options, job);
+        }
+    }
+    Err(Error::Numeric("the mesh does not simplify".into()))
+}
+
+/// The mesh with few enough faces for some exact fields.
+fn reference(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Proxy> {
+    for share in REFERENCE_SHARES {
+        let proxy = stand_in(positions, triangles, REFERENCE_FACES, share, job)?;
+        if proxy.triangles.len() <= REFERENCE_LIMIT {
+            return Ok(proxy);
+        }
+    }
+    Err(Error::Numeric("the mesh does not simplify".into()))
+}
+
+fn reference_components(reference: &Proxy) -> Result<(Vec<u32>, usize)> {
+    let fields = ExactFields::new(&reference.positions, &reference.triangles)?;
+    let (component, count) = fields.components();
+    Ok((component.to_vec(), count))
+}
+
+/// D1 of `positions` by way of points on `proxy`.
+fn solve(
+    (positions, triangles): (&[Vec3], &[[u32; 3]]),
+    proxy: &Proxy,
+    error: f64,
+    options: &Options,
+    job: &Job,
+) -> Result<Lengths> {
+    // --- points: the proxy's vertices and others between them
+    let spread = SurfaceOptions { target_vertices: POINTS, max_added: 2 * POINTS, ..SurfaceOptions::default() };
+    let surface = AnalysisSurface::refine(&proxy.positions, &proxy.triangles, &spread, job)?;
+    let mut points = try_vec(surface.positions.len(), "points")?;
+    let mut corner = try_filled(proxy.positions.len(), Place { face: NONE, weights: [0.0; 3] }, "points")?;
+    for (face, t) in proxy.triangles.iter().enumerate() {
+        for (k, &v) in t.iter().enumerate() {
+            let mut weights = [0.0; 3];
+            weights[k] = 1.0;
+            corner[v as usize] = Place { face: face as u32, weights };
+        }
+    }
+    points.extend(corner);
+    for (&p, &face) in surface.positions[surface.input_vertices..].iter().zip(&surface.vertex_face) {
+        points.push(Place { face, weights: barycentric(corners(&proxy.positions, proxy.triangles[face as usize]), p) });
+    }
+
+    // --- D1 of the points
+    let whole = ExactFields::new(&surface.positions, &surface.triangles)?;
+    let (component, components) = whole.components();
+    let mut fields = ExactFields::on_proxy(proxy, &points, component.to_vec(), components)?;
+    fields.set_distortion(UNSEEN * error);
+    let far = far_ends(&whole, &surface.positions, &surface.triangles)?;
+    drop(whole);
+    job.begin(Stage::Geodesic, 0.42, 0.9, surface.positions.len() as u64)?;
+    let accuracy = Accuracy::on(Method::ExactOnProxy, &proxy.positions, &proxy.triangles);
+    let solved = (&proxy.positions[..], &proxy.triangles[..], accuracy);
+    let found = measure(&fields, &surface.positions, &far, solved, options, job)?;
+
+    // --- and of the vertices
+    job.begin(Stage::Geodesic, 0.97, 1.0, 1)?;
+    let places = places((positions, triangles), &proxy.onto, (&surface.positions, &surface.triangles), job)?;
+    let d1 = interpolate(&found.d1, &surface, proxy, &places)?;
+    Ok(Lengths { d1, ..found })
+}
+
+/// Values at places of the surface; the far end is that of the nearest corner.
+fn interpolate(d1: &Eccentricity, surface: &AnalysisSurface, proxy: &Proxy, places: &[Place]) -> Result<Eccentricity> {
+    let between = |values: &[f64]| -> Result<Vec<f64>> {
+        let mut out = try_filled(places.len(), f64::NAN, "the field")?;
+        out.par_iter_mut().zip(places).filter(|(_, p)| p.face != NONE).for_each(|(out, p)| {
+            let t = surface.triangles[p.face as usize];
+            *out = (0..3).map(|k| p.weights[k] * values[t[k] as usize]).sum();
+        });
+        Ok(out)
+    };
+    let far_end = |p: &Place| {
+        if p.face == NONE {
+            return NONE;
+        }
+        let nearest = (1..3).fold(0, |m, k| if p.weights[k] > p.weights[m] { k } else { m });
+        let end = d1.farthest[surface.triangles[p.face as usize][nearest] as usize];
+        proxy.original.get(end as usize).copied().unwrap_or(NONE)
+    };
+    let mut farthest = try_vec(places.len(), "the field")?;
+    farthest.extend(places.iter().map(far_end));
+    Ok(Eccentricity {
+        distance: between(&d1.distance)?,
+        lower: between(&d1.lower)?,
+        upper: between(&d1.upper)?,
+        farthest,
+        longest: d1.longest.clone(),
+        ..*d1
+    })
+}

@@ -49,6 +49,44 @@ def box(x, y, z, n=6):
     return out
 
 
+SCHEMA = json.loads((pathlib.Path(__file__).resolve().parent.parent / 'docs' / 'report-schema.json').read_text())
+TYPES = {'object': dict, 'array': list, 'string': str, 'number': (int, float), 'integer': int, 'null': type(None)}
+
+
+def faults(value, schema, at='$'):
+    """What a JSON value has against a JSON schema; of the keywords those that the report's schema uses."""
+    out = []
+    for key, rule in schema.items():
+        if key == '$ref':
+            out += faults(value, SCHEMA['$defs'][rule.rsplit('/', 1)[1]], at)
+        elif key == 'type':
+            types = [rule] if isinstance(rule, str) else rule
+            if isinstance(value, bool) or not any(isinstance(value, TYPES[t]) for t in types):
+                out.append(f'{at}: not {rule}')
+        elif key == 'const':
+            out += [] if value == rule else [f'{at}: not {rule}']
+        elif key == 'enum':
+            out += [] if value in rule else [f'{at}: none of {rule}']
+        elif key == 'minimum':
+            out += [f'{at}: below {rule}'] if isinstance(value, (int, float)) and value < rule else []
+        elif key == 'items' and isinstance(value, list):
+            out += [f for i, v in enumerate(value) for f in faults(v, rule, f'{at}[{i}]')]
+        elif key in ('minItems', 'maxItems') and isinstance(value, list):
+            out += [f'{at}: {len(value)} items'] if (len(value) < rule if key == 'minItems' else len(value) > rule) else []
+        elif key == 'uniqueItems':
+            out += [] if len(set(value)) == len(value) else [f'{at}: repeats']
+        elif key == 'required' and isinstance(value, dict):
+            out += [f'{at}: no {k}' for k in rule if k not in value]
+        elif key == 'properties' and isinstance(value, dict):
+            out += [f for k, r in rule.items() if k in value for f in faults(value[k], r, f'{at}.{k}')]
+        elif key == 'additionalProperties' and isinstance(value, dict):
+            out += [f'{at}: {k} is not known' for k in value if k not in schema['properties']]
+        elif key not in ('$schema', '$defs', 'title', 'description', 'items', 'minItems', 'maxItems', 'required',
+                         'properties', 'additionalProperties'):
+            raise ValueError(f'the validator does not know {key}')
+    return out
+
+
 class Check(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -83,9 +121,39 @@ class Check(unittest.TestCase):
     def test_limit_is_inclusive(self):
         out = self.dir / 'r.json'
         run(PART, '--json', out)
-        ratio = json.loads(out.read_text())['summary']['ratio_max']
+        report = json.loads(out.read_text())
+        ratio = max([report['summary']['ratio_max']] + [f['ratio'] for f in report['features']])
         self.assertEqual(run(PART, '--quiet', '--limit', repr(ratio)).returncode, 1)
         self.assertEqual(run(PART, '--quiet', '--limit', repr(math.nextafter(ratio, math.inf))).returncode, 0)
+
+    def test_features(self):
+        out, ply = self.dir / 'r.json', self.dir / 'f.ply'
+        p = run(PART, '--json', out, '--feature-ply', ply)
+        report = json.loads(out.read_text())
+        features, of_face = report['features'], report['face_feature']
+        self.assertEqual(faults(report, SCHEMA), [])
+        self.assertNotEqual(faults({**report, 'features': [{**features[0], 'kind': 'thing'}]}, SCHEMA), [])
+        self.assertNotEqual(faults({**report, 'features': [{**features[0], 'more': 1}]}, SCHEMA), [])
+        self.assertEqual(len(of_face), report['mesh']['faces'])
+        self.assertEqual(sorted(f['id'] for f in features), list(range(len(features))))
+        self.assertEqual(set(of_face), set(range(len(features))))
+        order = [('error', 'warning', 'ok').index(f['severity']) for f in features]
+        self.assertEqual(order, sorted(order))
+        for f in features:
+            self.assertAlmostEqual(f['ratio'], f['d1_max'] / f['d2_max'], 9)
+            self.assertEqual(f['severity'], 'error' if f['ratio'] >= 8 else 'warning' if f['ratio'] >= 5 else 'ok')
+            self.assertEqual(of_face.count(f['id']), f['faces'])
+        self.assertIn('Features: %d' % len(features), p.stdout)
+        self.assertTrue(ply.read_bytes().startswith(b'ply'))
+
+    def test_least_width_is_inclusive(self):
+        part, out = self.dir / 'cube.stl', self.dir / 'r.json'
+        part.write_bytes(box(10, 10, 10))
+        run(part, '--json', out)
+        (cube,) = json.loads(out.read_text())['features']
+        least = cube['d2_min']
+        self.assertEqual(run(part, '--quiet', '--min-width', repr(least)).returncode, 1)
+        self.assertEqual(run(part, '--quiet', '--min-width', repr(math.nextafter(least, 0))).returncode, 0)
 
     def test_quiet_says_nothing(self):
         p = run(PART, '--quiet')

@@ -256,7 +256,8 @@ ar_status ar_cancel_token_reset(const ar_cancel_token *token, ar_error *error);
 /// are counted by ar_mesh_get_diagnostics, and their vertices that no sound face uses have no results.
 #define AR_MESH_SKIP_INVALID 1
 
-/// A checked, welded triangle mesh, and the results of the latest successful ar_compute and ar_segment on it.
+/// A checked, welded triangle mesh, and the results of the latest successful ar_compute, ar_segment and
+/// ar_find_features on it.
 typedef struct ar_mesh ar_mesh;
 
 /// A mesh in the caller's memory, as ar_mesh_new takes it. Read during the call only; nobody may write to the
@@ -989,6 +990,224 @@ ar_status ar_get_segment_neighbours(const ar_mesh *mesh,
                                     size_t capacity,
                                     size_t *count,
                                     ar_error *error);
+
+// ==============================================================================================================
+// Feature: what of a part is too slender or too thin, where, how bad, and why. Needs no ar_compute and no ar_segment and
+// changes none of their results.
+//
+// A feature is a wall, pin, strut, rib, tube, handle, or the body they stand on. Its ratio is D1max / D2max: the longest
+// shortest way on its own surface over its thickness, the wall width where both sides are its own. Features are judged
+// by ar_limits: a ratio at or over a limit counts, and so does a width at or under the least width.
+// ==============================================================================================================
+
+/// kind: about as thick as long and wide, or of no simple sort; mostly what the others stand on.
+#define AR_FEATURE_BODY 0
+
+/// kind: long, and about as wide as thick: a pin, strut, hook or wire.
+#define AR_FEATURE_BAR 1
+
+/// kind: long and wide, and thin: a plate, fin, rib, web, tube or shell.
+#define AR_FEATURE_WALL 2
+
+/// kind: a bar that closes on itself.
+#define AR_FEATURE_RING 3
+
+/// severity: under the limits.
+#define AR_SEVERITY_OK 0
+
+/// severity: at or over warn_ratio.
+#define AR_SEVERITY_WARNING 1
+
+/// severity: at or over error_ratio, or at or under min_width.
+#define AR_SEVERITY_ERROR 2
+
+/// ar_feature_info.reasons: for its ratio.
+#define AR_FINDING_SLENDER 1
+
+/// ar_feature_info.reasons: for its width.
+#define AR_FINDING_THIN 2
+
+/// process: powder bed fusion of metals.
+#define AR_PROCESS_METAL_PBF 0
+
+/// process: powder bed fusion of polymers.
+#define AR_PROCESS_POLYMER_PBF 1
+
+/// process: filament extrusion.
+#define AR_PROCESS_FILAMENT 2
+
+/// colour_by: each feature has a colour of its own.
+#define AR_COLOUR_FEATURE 0
+
+/// colour_by: the ratio of the feature, dark violet for the least, yellow for the greatest.
+#define AR_COLOUR_RATIO 1
+
+/// colour_by: the wall width at the face, dark violet for the least, yellow for the greatest.
+#define AR_COLOUR_WIDTH 2
+
+/// How ar_find_features works. All zero but for the size is the default.
+typedef struct ar_feature_options {
+  /// sizeof(ar_feature_options), set by ar_feature_options_init.
+  uint32_t struct_size;
+  /// Threads to work on; 0 = one per core. The results do not depend on it.
+  uint32_t threads;
+  /// Bytes that the call may use at its peak, about; 0 = no limit. Refused with AR_E_BUDGET before a step allocates.
+  uint64_t memory_budget;
+  /// Progress function or NULL.
+  ar_progress_fn progress;
+  /// Passed to `progress`.
+  void *user;
+  /// Token that can stop the call, or NULL.
+  const ar_cancel_token *cancel;
+  /// Pieces smaller than this share of the area are joined with a neighbour, up to 0.5; 0 = 0.001, negative = none.
+  double min_area;
+} ar_feature_options;
+
+/// What features are judged by. All zero but for the size is the default.
+typedef struct ar_limits {
+  /// sizeof(ar_limits), set by ar_limits_init.
+  uint32_t struct_size;
+  /// 0.
+  uint32_t reserved;
+  /// A feature at or over this ratio deserves a look; 0 = 5.
+  double warn_ratio;
+  /// A feature at or over this ratio is too slender; 0 = 8. INFINITY: none is.
+  double error_ratio;
+  /// A feature whose least width, in coordinate units, is at or under this is too thin; 0 = widths are not judged.
+  double min_width;
+} ar_limits;
+
+/// A feature. Lengths in coordinate units; NaN where there is no value.
+typedef struct ar_feature_info {
+  /// sizeof(ar_feature_info), set by ar_feature_info_init.
+  uint32_t struct_size;
+  /// Its number, as in ar_get_face_feature.
+  uint32_t id;
+  /// AR_FEATURE_*.
+  uint32_t kind;
+  /// AR_SEVERITY_*.
+  uint32_t severity;
+  /// AR_FINDING_SLENDER, AR_FINDING_THIN, both or 0: what the severity is for.
+  uint32_t reasons;
+  /// 0.
+  uint32_t reserved;
+  /// Number of faces.
+  uint64_t faces;
+  /// d1_max / d2_max: its slenderness.
+  double ratio;
+  /// The ratio is not greater, as far as lengths go: d1_upper / d2_max.
+  double ratio_upper;
+  /// D1max: the longest shortest way found on its own surface.
+  double d1_max;
+  /// No way on its surface is longer.
+  double d1_upper;
+  /// D2max: its thickness.
+  double d2_max;
+  /// D2min: the least width on its surface.
+  double d2_min;
+  /// Area.
+  double area;
+  /// D1max; of a ring the way around.
+  double length;
+  /// The width of a strip of its length that has its area on two sides; of a bar about its thickness.
+  double width;
+  /// D2max.
+  double thickness;
+  /// x, y, z of the two ends of the way of length d1_max.
+  double d1_ends[6];
+  /// x, y, z of a point where the width is d2_max.
+  double d2_max_at[3];
+  /// x, y, z of the two walls there.
+  double d2_max_contacts[6];
+  /// x, y, z of a point where the width is d2_min.
+  double d2_min_at[3];
+  /// x, y, z of the two walls there.
+  double d2_min_contacts[6];
+  /// x, y, z of the centroid of its surface.
+  double centroid[3];
+  /// x, y, z of the centre of the box that it fits in.
+  double box_center[3];
+  /// x, y, z of the unit directions of the edges of that box, right-handed.
+  double box_axes[9];
+  /// Lengths of those edges, falling.
+  double box_size[3];
+} ar_feature_info;
+
+/// Use ar_feature_options_init. Sets the first `struct_size` bytes of `options` to the defaults.
+ar_status ar_feature_options_init_sized(ar_feature_options *options, uint32_t struct_size);
+
+/// Sets `options` to the defaults of this header's version.
+static inline ar_status ar_feature_options_init(ar_feature_options *options) {
+  return ar_feature_options_init_sized(options, (uint32_t)sizeof *options);
+}
+
+/// Use ar_limits_init. Sets the first `struct_size` bytes of `limits` to the defaults.
+ar_status ar_limits_init_sized(ar_limits *limits, uint32_t struct_size);
+
+/// Sets `limits` to the defaults of this header's version.
+static inline ar_status ar_limits_init(ar_limits *limits) {
+  return ar_limits_init_sized(limits, (uint32_t)sizeof *limits);
+}
+
+/// Use ar_feature_info_init. Sets the first `struct_size` bytes of `info` to zero and the size.
+ar_status ar_feature_info_init_sized(ar_feature_info *info, uint32_t struct_size);
+
+/// Sets `info` to the defaults of this header's version.
+static inline ar_status ar_feature_info_init(ar_feature_info *info) {
+  return ar_feature_info_init_sized(info, (uint32_t)sizeof *info);
+}
+
+/// Limits for a process, to start from: widths in millimetres. docs/findings.md says where they come from.
+///   process   AR_PROCESS_*.
+///   out       prepared by ar_limits_init.
+ar_status ar_limits_of_process(uint32_t process, ar_limits *out, ar_error *error);
+
+/// Finds and measures the features of the part, for the getters below.
+///   mesh      exclusive for the length of the call.
+///   options   NULL = defaults.
+/// Features cover all faces that take part and are numbered from 0 by falling area. On success they replace those of an
+/// earlier call; on failure or cancel those stay. O(faces log faces) in time and about 1 kB a face.
+ar_status ar_find_features(ar_mesh *mesh,
+                           const ar_feature_options *options,
+                           ar_error *error);
+
+/// Feature of every face in the order of the file or buffer, -1 for a face that takes no part.
+///   out   capacity numbers, capacity in faces.
+ar_status ar_get_face_feature(const ar_mesh *mesh,
+                              int32_t *out,
+                              size_t capacity,
+                              size_t *count,
+                              ar_error *error);
+
+/// The features by number, judged.
+///   limits   NULL = defaults.
+///   out      capacity structs, capacity in features. The first must be prepared by ar_feature_info_init: its
+///            struct_size is taken as the size of all, and set in all.
+ar_status ar_get_features(const ar_mesh *mesh,
+                          const ar_limits *limits,
+                          ar_feature_info *out,
+                          size_t capacity,
+                          size_t *count,
+                          ar_error *error);
+
+/// The features as JSON, a NUL-terminated text: docs/report-schema.json describes it. Worst first.
+///   limits   NULL = defaults.
+///   text     capacity characters, the NUL among them.
+ar_status ar_get_report(const ar_mesh *mesh,
+                        const ar_limits *limits,
+                        char *text,
+                        size_t capacity,
+                        size_t *count,
+                        ar_error *error);
+
+/// Writes the welded vertices and used faces as binary PLY, with a colour and the scalars feature and ratio (float; by
+/// width, width too) for every face. Needs ar_find_features.
+///   path        NUL-terminated; an existing file is replaced.
+///   colour_by   AR_COLOUR_*.
+ar_status ar_features_write_ply(const ar_mesh *mesh,
+                                const char *path,
+                                uint32_t colour_by,
+                                ar_error *error);
 
 // ==============================================================================================================
 // Coloured PLY, to look at in MeshLab, ParaView and the like.

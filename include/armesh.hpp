@@ -266,6 +266,35 @@ struct segment_options : run_options {
   double alpha = 0, beta = 0, gamma = 0, epsilon = 0;
 };
 
+/// What find_features() does; zero means the default documented at ar_feature_options.
+struct feature_options : run_options {
+  double min_area = 0;
+};
+
+/// What features are judged by; at a limit counts. See ar_limits.
+struct limits {
+  double warn_ratio = 5;
+  double error_ratio = 8;
+  /// 0 = widths are not judged.
+  double min_width = 0;
+};
+
+/// Limits of a process, AR_PROCESS_*; widths in millimetres.
+inline limits limits_of_process(std::uint32_t process) {
+  ar_limits found;
+  ar_limits_init(&found);
+  detail::outcome o;
+  o.check(ar_limits_of_process(process, &found, o));
+  return {found.warn_ratio, found.error_ratio, found.min_width};
+}
+
+/// What write_features_ply() colours by; AR_COLOUR_*.
+enum class colour_by : std::uint32_t {
+  feature = AR_COLOUR_FEATURE,
+  ratio = AR_COLOUR_RATIO,
+  width = AR_COLOUR_WIDTH
+};
+
 /// A distribution: share[k] of the vertices have edges[k] <= value < edges[k + 1].
 struct histogram {
   std::vector<double> edges;
@@ -356,6 +385,51 @@ public:
     detail::outcome again;
     again.check(ar_get_segment_neighbours(handle_.get(), segment, out.data(), n, nullptr, again));
     return out;
+  }
+
+  /// Finds and measures the features. Needs neither compute() nor segment().
+  void find_features(const feature_options &options = {}) {
+    detail::bridge bridge{&options.progress, nullptr};
+    ar_feature_options how;
+    ar_feature_options_init(&how);
+    set_run(how, options, bridge);
+    how.min_area = options.min_area;
+    detail::outcome o;
+    const ar_status status = ar_find_features(handle_.get(), &how, o);
+    bridge.check(o, status);
+  }
+  /// Feature of every face, from 0 by falling area; -1 for faces that take no part. After find_features().
+  std::vector<std::int32_t> face_feature() const { return copy<std::int32_t, std::int32_t>(ar_get_face_feature); }
+  /// The features, judged. After find_features().
+  std::vector<ar_feature_info> features(const armesh::limits &by = {}) const {
+    const ar_limits judge = given(by);
+    std::size_t n = 0;
+    detail::outcome o;
+    o.check(ar_get_features(handle_.get(), &judge, nullptr, 0, &n, o));
+    std::vector<ar_feature_info> out(n);
+    if (n > 0) {
+      ar_feature_info_init(out.data());
+      detail::outcome again;
+      again.check(ar_get_features(handle_.get(), &judge, out.data(), n, nullptr, again));
+    }
+    return out;
+  }
+  /// The features as JSON, docs/report-schema.json. After find_features().
+  std::string report(const armesh::limits &by = {}) const {
+    const ar_limits judge = given(by);
+    std::size_t n = 0;
+    detail::outcome o;
+    o.check(ar_get_report(handle_.get(), &judge, nullptr, 0, &n, o));
+    std::string text(n, '\0');
+    detail::outcome again;
+    again.check(ar_get_report(handle_.get(), &judge, &text[0], n, nullptr, again));
+    text.pop_back(); // the NUL
+    return text;
+  }
+  /// Writes the mesh with its faces coloured. After find_features().
+  void write_features_ply(const std::string &path, colour_by by = colour_by::feature) const {
+    detail::outcome o;
+    o.check(ar_features_write_ply(handle_.get(), path.c_str(), static_cast<std::uint32_t>(by), o));
   }
 
   /// What is wrong with the mesh and where, and how big it is. Needs no compute().
@@ -449,6 +523,15 @@ private:
   using getter = ar_status (*)(const ar_mesh *, T *, std::size_t, std::size_t *, ar_error *);
 
   explicit mesh(ar_mesh *handle) noexcept : handle_(handle) {}
+
+  static ar_limits given(const armesh::limits &by) {
+    ar_limits judge;
+    ar_limits_init(&judge);
+    judge.warn_ratio = by.warn_ratio;
+    judge.error_ratio = by.error_ratio;
+    judge.min_width = by.min_width;
+    return judge;
+  }
 
   /// Sets what the option structs of C have in common.
   template <class Options>

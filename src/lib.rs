@@ -7,7 +7,8 @@
 //!
 //! ## The data walk
 //! raw buffers or a file ([`io`]) → [`mesh::TriMesh`], checked and welded → [`geodesic`] (D1) and [`thickness`] (D2),
-//! which do not know each other → [`field`] (ratio, summary, histograms) → copied out by [`capi`], the C boundary.
+//! which do not know each other → [`field`] (ratio, summary, histograms), [`segment`] → [`feature`] (findings, limits,
+//! reports) → copied out by [`capi`], the C boundary.
 //! Core modules never import `capi`, and every long step takes a [`job::Job`] (progress, cancel, threads, budget).
 #![deny(unsafe_code, missing_docs)]
 
@@ -17,6 +18,7 @@ compile_error!("armesh catches panics at its C boundary: build it with panic = \
 #[allow(unsafe_code)]
 pub mod capi;
 pub mod error;
+pub mod feature;
 pub mod field;
 pub mod geodesic;
 pub mod io;

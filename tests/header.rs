@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// The sections of the header, in its order: one file of `src/capi` each.
-const NOUNS: [&str; 12] = [
+const NOUNS: [&str; 13] = [
     "version",
     "status",
     "error",
@@ -17,6 +17,7 @@ const NOUNS: [&str; 12] = [
     "results",
     "geodesic",
     "segment",
+    "feature",
     "ply",
 ];
 

@@ -129,3 +129,32 @@ AT(ar_segment_info, d1_ends, 112);
 AT(ar_segment_info, d2_max_at, 160);
 AT(ar_segment_info, centroid, 208);
 AT(ar_segment_info, upper, 256);
+
+#if UINTPTR_MAX == UINT64_MAX
+SIZE(ar_feature_options, 48);
+AT(ar_feature_options, threads, 4);
+AT(ar_feature_options, memory_budget, 8);
+AT(ar_feature_options, progress, 16);
+AT(ar_feature_options, min_area, 40);
+#endif
+
+SIZE(ar_limits, 32);
+AT(ar_limits, warn_ratio, 8);
+AT(ar_limits, error_ratio, 16);
+AT(ar_limits, min_width, 24);
+
+SIZE(ar_feature_info, 448);
+AT(ar_feature_info, id, 4);
+AT(ar_feature_info, kind, 8);
+AT(ar_feature_info, severity, 12);
+AT(ar_feature_info, reasons, 16);
+AT(ar_feature_info, faces, 24);
+AT(ar_feature_info, ratio, 32);
+AT(ar_feature_info, d1_max, 48);
+AT(ar_feature_info, area, 80);
+AT(ar_feature_info, d1_ends, 112);
+AT(ar_feature_info, d2_max_at, 160);
+AT(ar_feature_info, d2_min_at, 232);
+AT(ar_feature_info, centroid, 304);
+AT(ar_feature_info, box_axes, 352);
+AT(ar_feature_info, box_size, 424);

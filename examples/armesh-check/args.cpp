@@ -27,9 +27,9 @@ unsigned count(const std::string &option, const std::string &text, double low, d
 }
 
 void refuse_clashes(const Args &args) {
-    const std::string *files[] = {&args.part, &args.json, &args.vertex_csv, &args.ply};
-    for (int i = 0; i < 4; ++i) {
-        for (int k = i + 1; k < 4; ++k) {
+    const std::string *files[] = {&args.part, &args.json, &args.vertex_csv, &args.ply, &args.feature_ply};
+    for (int i = 0; i < 5; ++i) {
+        for (int k = i + 1; k < 5; ++k) {
             if (!files[i]->empty() && *files[i] == *files[k]) {
                 throw UsageError("'" + *files[i] + "' is named twice: every input and output needs a file of its own");
             }
@@ -78,7 +78,8 @@ Args parse_args(int argc, const char *const *argv) {
             word.resize(equals);
         }
         const bool known = word == "--json" || word == "--vertex-csv" || word == "--ply" || word == "--threads" ||
-                           word == "--rays" || word == "--cone" || word == "--limit" || word == "--profile";
+                           word == "--rays" || word == "--cone" || word == "--limit" || word == "--profile" ||
+                           word == "--warn" || word == "--min-width" || word == "--feature-ply";
         if (!known) {
             throw UsageError("unknown option '" + word + "' (--help lists them)");
         }
@@ -97,6 +98,12 @@ Args parse_args(int argc, const char *const *argv) {
             args.vertex_csv = value;
         } else if (word == "--ply") {
             args.ply = value;
+        } else if (word == "--feature-ply") {
+            args.feature_ply = value;
+        } else if (word == "--warn") {
+            args.warn = number(word, value, 1e-9, 1e9);
+        } else if (word == "--min-width") {
+            args.min_width = number(word, value, 0, 1e9);
         } else if (word == "--profile") {
             if (value != "print" && value != "paper") {
                 throw UsageError("--profile is print or paper, not '" + value + "'");
@@ -126,14 +133,18 @@ usage: armesh-check PART [options]
 
 PART is a triangle mesh: STL (binary or ASCII), OBJ, PLY or 3MF. For every vertex the program measures a length D1 (the
 farthest distance along the surface) and a width D2 (the diameter of a sphere that fits inside there); the slenderness
-of the part is the largest D1 over the largest D2.
+of the part is the largest D1 over the largest D2. It then finds the part's features (walls, pins, struts, ribs, tubes,
+handles and the bodies they stand on) and lists those that are too slender or too thin, worst first.
 
   --profile NAME     print: for parts that are to be printed, on any triangulation (default);
                      paper: the method of Ge & Flynn (2022) as printed, on the mesh as it is
   --json FILE        write everything below, and more, as JSON (see README.md beside this program's source)
   --vertex-csv FILE  write x,y,z,d1,d2,ratio, one row per vertex; a value that could not be measured is empty
   --ply FILE         write a mesh coloured by D1/D2 that MeshLab and ParaView show, with d1, d2 and ratio as fields
-  --limit R          the slenderness that is too much; a part exactly at R is too slender (default 8)
+  --feature-ply FILE write a mesh whose faces are coloured by feature
+  --limit R          the slenderness that is too much; a part or feature exactly at R is too slender (default 8)
+  --warn R           the slenderness of a feature from which on it is listed (default 5)
+  --min-width W      a feature that is this thin somewhere, or thinner, is too thin (default 0: not judged)
   --rays N           rays per face for D2 (default 20; paper profile only)
   --cone DEGREES     full angle of the cone of rays (default 120; paper profile only)
   --threads N        worker threads, 0 = one per core (default 0)
@@ -141,7 +152,7 @@ of the part is the largest D1 over the largest D2.
   --help, --version
 
 Lengths are in the unit of the file. Ctrl-C stops the program without leaving half a file.
-Exit status: 0 slenderness under the limit, 1 at or over it, 2 wrong usage or bad input, 130 stopped by Ctrl-C.
+Exit status: 0 nothing too slender or too thin, 1 something is, 2 wrong usage or bad input, 130 stopped by Ctrl-C.
 )";
 }
 

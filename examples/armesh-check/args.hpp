@@ -19,7 +19,10 @@ struct Args {
     unsigned threads = 0;    // 0: all cores
     unsigned rays = 0;       // 0: the library's default
     double cone_degrees = 0; // full angle, 0: the library's default
+    std::string feature_ply; // empty: not asked for
     double limit = 8.0;      // a ratio at or over it is too slender
+    double warn = 5.0;       // a feature's ratio at or over it deserves a look
+    double min_width = 0.0;  // a feature whose width is at or under it is too thin; 0: not judged
     bool paper = false;      // the paper's profile, else the print profile
     bool quiet = false;
     bool help = false;

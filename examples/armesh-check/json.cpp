@@ -100,6 +100,13 @@ std::string worst(const std::vector<Place> &places) {
     return block.done();
 }
 
+// The members of the JSON object that the library's report is, to stand among others.
+std::string members(const std::string &object) {
+    const auto open = object.find('{'), close = object.rfind('}');
+    const auto first = object.find_first_not_of(" \n", open + 1), last = object.find_last_not_of(" \n", close - 1);
+    return object.substr(first, last + 1 - first);
+}
+
 } // namespace
 
 std::string to_json(const Report &r) {
@@ -118,6 +125,7 @@ std::string to_json(const Report &r) {
                .field("summary", summary(r.summary))
                .field("worst", worst(r.worst))
                .field("mesh", mesh(r.mesh))
+               .add(members(r.library_report))
                .done() +
            "\n";
 }

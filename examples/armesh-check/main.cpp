@@ -1,5 +1,5 @@
 // armesh-check: measures a part's slenderness through libarmesh's public headers and says whether it is too much.
-// Exit status: 0 under the limit, 1 at or over it, 2 wrong usage or bad input, 130 stopped by Ctrl-C.
+// Exit status: 0 nothing at or over the limits, 1 something is, 2 wrong usage or bad input, 130 stopped by Ctrl-C.
 #include "args.hpp"
 #include "file.hpp"
 #include "measure.hpp"
@@ -22,7 +22,8 @@ int run(const Args &args) {
     const auto output = [](const std::string &path) {
         return path.empty() ? nullptr : std::make_unique<OutputFile>(path);
     };
-    const auto json = output(args.json), csv = output(args.vertex_csv), ply = output(args.ply);
+    const auto json = output(args.json), csv = output(args.vertex_csv), ply = output(args.ply),
+               feature_ply = output(args.feature_ply);
 
     const armesh::cancel_token token;
     const CancelOnInterrupt on_interrupt(token);
@@ -41,10 +42,13 @@ int run(const Args &args) {
     if (ply) {
         mesh->write_ply(ply->temporary(), armesh::quantity::ratio);
     }
+    if (feature_ply) {
+        mesh->write_features_ply(feature_ply->temporary());
+    }
     if (CancelOnInterrupt::interrupted()) {
         throw armesh::error(AR_E_CANCELLED, "stopped");
     }
-    for (OutputFile *file : {json.get(), csv.get(), ply.get()}) {
+    for (OutputFile *file : {json.get(), csv.get(), ply.get(), feature_ply.get()}) {
         if (file != nullptr) {
             file->commit();
         }

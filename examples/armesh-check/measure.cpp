@@ -3,6 +3,7 @@
 #include "progress.hpp"
 #include "worst.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -114,6 +115,37 @@ std::vector<Place> find_worst(const Report &report, const armesh::mesh &mesh) {
     return out;
 }
 
+std::vector<Feature> find_features(const armesh::mesh &mesh, const armesh::limits &limits) {
+    static const char *const kinds[] = {"body", "bar", "wall", "ring"};
+    static const char *const severities[] = {"ok", "warning", "ERROR"};
+    std::vector<Feature> out;
+    for (const ar_feature_info &f : mesh.features(limits)) {
+        Feature found;
+        found.id = f.id;
+        found.kind = f.kind < 4 ? kinds[f.kind] : "?";
+        found.severity = f.severity < 3 ? severities[f.severity] : "?";
+        found.error = f.severity == AR_SEVERITY_ERROR;
+        found.listed = f.severity != AR_SEVERITY_OK;
+        found.slender = (f.reasons & AR_FINDING_SLENDER) != 0;
+        found.thin = (f.reasons & AR_FINDING_THIN) != 0;
+        found.ratio = f.ratio;
+        found.length = f.d1_max;
+        found.width = f.width;
+        found.thickness = f.d2_max;
+        found.least = f.d2_min;
+        found.centroid = point(f.centroid);
+        found.least_at = point(f.d2_min_at);
+        found.ends[0] = point(f.d1_ends);
+        found.ends[1] = point(f.d1_ends + 3);
+        out.push_back(found);
+    }
+    std::stable_sort(out.begin(), out.end(), [](const Feature &a, const Feature &b) {
+        const auto key = [](const Feature &f) { return f.error ? 2 : f.listed ? 1 : 0; };
+        return key(a) != key(b) ? key(a) > key(b) : a.ratio > b.ratio;
+    });
+    return out;
+}
+
 } // namespace
 
 Report measure(const Args &args, const armesh::cancel_token &token, std::optional<armesh::mesh> &loaded) {
@@ -138,9 +170,22 @@ Report measure(const Args &args, const armesh::cancel_token &token, std::optiona
     options.rays = args.rays != 0 ? args.rays : kDefaultRays;
     const double cone = args.cone_degrees != 0 ? args.cone_degrees : kDefaultCone;
     options.cone_angle = cone * kPi / 180;
+    // two long calls, one bar
+    options.progress = [&](double fraction, armesh::stage now) { return progress(0.5 * fraction, now); };
     mesh.compute(options);
+    armesh::feature_options find;
+    find.threads = args.threads;
+    find.cancel = &token;
+    find.progress = [&](double fraction, armesh::stage now) { return progress(0.5 + 0.5 * fraction, now); };
+    mesh.find_features(find);
+    armesh::limits limits;
+    limits.warn_ratio = args.warn;
+    limits.error_ratio = args.limit;
+    limits.min_width = args.min_width;
 
     Report report;
+    report.features = find_features(mesh, limits);
+    report.library_report = mesh.report(limits);
     report.args = args;
     report.library_version = armesh::version();
     report.rays = options.rays;

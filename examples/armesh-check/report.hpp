@@ -51,6 +51,17 @@ struct Summary {
     double seconds = 0;       // everything from the file to the numbers
 };
 
+// A feature of the part.
+struct Feature {
+    std::uint32_t id;
+    const char *kind;     // "body", "bar", "wall", "ring"
+    const char *severity; // "ok", "warning", "ERROR"
+    bool error, listed, slender, thin;
+    double ratio, length, width, thickness, least; // least: the least width on it
+    Point centroid, least_at;
+    Point ends[2]; // of its length
+};
+
 struct Report {
     Args args;
     std::string library_version;
@@ -61,7 +72,16 @@ struct Report {
     std::vector<Place> worst; // most slender first, well apart from each other
     std::vector<Point> positions;
     std::vector<double> d1, d2, ratio; // one per vertex, NaN where there is no value
-    bool over() const { return summary.ratio_max >= args.limit; }
+    std::vector<Feature> features;     // worst first
+    std::string library_report;        // the features as the library's JSON
+    bool over() const {
+        for (const Feature &f : features) {
+            if (f.error) {
+                return true;
+            }
+        }
+        return summary.ratio_max >= args.limit;
+    }
 };
 
 std::string to_table(const Report &report);

@@ -78,6 +78,36 @@ void worst_places(std::string &out, const std::vector<Place> &places) {
     }
 }
 
+void features(std::string &out, const Report &report) {
+    constexpr std::size_t most = 40;
+    std::size_t errors = 0, warnings = 0, shown_lines = 0;
+    for (const Feature &f : report.features) {
+        errors += f.error ? 1 : 0;
+        warnings += f.listed && !f.error ? 1 : 0;
+    }
+    line(out, "Features: %zu, of which %zu too slender or too thin, %zu near the limit", report.features.size(), errors,
+         warnings);
+    if (errors + warnings == 0) {
+        return;
+    }
+    line(out, "  %-8s %4s %-5s %10s %10s %10s   %s", "", "id", "kind", "D1/D2", "length", "thickness", "where");
+    for (const Feature &f : report.features) {
+        if (!f.listed || shown_lines == most) {
+            break;
+        }
+        ++shown_lines;
+        line(out, "  %-8s %4u %-5s %10s %10s %10s   %s, from %s to %s", f.severity, f.id, f.kind, shown(f.ratio).c_str(),
+             shown(f.length).c_str(), shown(f.thickness).c_str(), shown(f.centroid).c_str(), shown(f.ends[0]).c_str(),
+             shown(f.ends[1]).c_str());
+        if (f.thin) {
+            line(out, "  %-8s %4s       only %s wide at %s", "", "", shown(f.least).c_str(), shown(f.least_at).c_str());
+        }
+    }
+    if (errors + warnings > shown_lines) {
+        line(out, "  ... and %zu more (--json lists all)", errors + warnings - shown_lines);
+    }
+}
+
 } // namespace
 
 std::string to_table(const Report &report) {
@@ -87,10 +117,16 @@ std::string to_table(const Report &report) {
     slenderness(out, report.summary, report.mesh.vertices);
     out += '\n';
     worst_places(out, report.worst);
-    const bool over = report.over();
-    line(out, "\n%s: slenderness %s is %s the limit of %s  (%.2f s)", over ? "TOO SLENDER" : "ok",
-         shown(report.summary.ratio_max).c_str(), over ? "at or over" : "under", shown(report.args.limit).c_str(),
-         report.summary.seconds);
+    out += '\n';
+    features(out, report);
+    const bool part = report.summary.ratio_max >= report.args.limit;
+    bool slender = part;
+    for (const Feature &f : report.features) {
+        slender = slender || f.ratio >= report.args.limit;
+    }
+    line(out, "\n%s: slenderness of the part %s is %s the limit of %s  (%.2f s)",
+         slender ? "TOO SLENDER" : report.over() ? "TOO THIN" : "ok", shown(report.summary.ratio_max).c_str(),
+         part ? "at or over" : "under", shown(report.args.limit).c_str(), report.summary.seconds);
     return out;
 }
 

@@ -1,7 +1,7 @@
 //! Draws a part coloured by what armesh measures:
 //!
 //! ```sh
-//! cargo run --release --example render -- PART OUT.png [--field ratio|d1|d2|face-d2|shell|segment|plain] [--size 1200x800]
+//! cargo run --release --example render -- PART OUT.png [--field ratio|d1|d2|face-d2|shell|segment|feature|plain] [--size 1200x800]
 //!     [--view iso|front|back|left|right|top|bottom|AZIMUTH,ELEVATION] [--range MIN,MAX] [--log] [--title TEXT]
 //! ```
 //!
@@ -11,6 +11,7 @@ mod image;
 mod palette;
 mod raster;
 
+use armesh::feature::{FeatureOptions, find_features};
 use armesh::field;
 use armesh::io::{self, Limits};
 use armesh::job::{CancelToken, Job};
@@ -108,6 +109,11 @@ fn measure(args: &Args) -> Result<(TriMesh, Colours), Failure> {
     let colours = match args.field.as_str() {
         "plain" => Colours::Plain,
         "shell" => Colours::Shells(mesh.topology()?.shell_of_face.iter().map(|&s| i64::from(s)).collect()),
+        "feature" => {
+            let job = Job::new(0, None, CancelToken::default());
+            let found = job.run(None, || find_features(&mesh, &FeatureOptions::default(), &job))?;
+            Colours::Shells(found.face_feature.iter().map(|&s| i64::from(s)).collect())
+        }
         "segment" => {
             let job = Job::new(0, None, CancelToken::default());
             let options = SegmentOptions { measure: false, ..SegmentOptions::default() };
@@ -123,9 +129,10 @@ fn measure(args: &Args) -> Result<(TriMesh, Colours), Failure> {
                 "d2" => Colours::Vertices(found.d2, "D2"),
                 "face-d2" => Colours::Faces(found.face_d2, "D2"),
                 other => {
-                    return Err(
-                        format!("--field is ratio, d1, d2, face-d2, shell, segment or plain, not {other}").into()
-                    );
+                    return Err(format!(
+                        "--field is ratio, d1, d2, face-d2, shell, segment, feature or plain, not {other}"
+                    )
+                    .into());
                 }
             }
         }

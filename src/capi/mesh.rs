@@ -7,6 +7,7 @@ use super::options::{self, CStruct, check_enum, check_flags};
 use super::progress::{Running, ar_progress_fn};
 use super::slices::{Buffers, Out};
 use super::status::*;
+use crate::feature::Features;
 use crate::field::Field;
 use crate::io::{LOAD_UNITS, Limits, Unit};
 use crate::job::Stage;
@@ -18,7 +19,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, RwLock};
 
-/// A checked, welded triangle mesh, and the results of the latest successful ar_compute and ar_segment on it.
+/// A checked, welded triangle mesh, and the results of the latest successful ar_compute, ar_segment and
+/// ar_find_features on it.
 pub struct ar_mesh {
     magic: u64,
     poisoned: AtomicBool,
@@ -31,6 +33,7 @@ pub struct ar_mesh {
     warnings: Vec<String>,
     pub(super) field: RwLock<Option<Arc<Field>>>,
     pub(super) segmentation: RwLock<Option<Arc<Segmentation>>>,
+    pub(super) features: RwLock<Option<Arc<Features>>>,
 }
 
 impl Handle for ar_mesh {
@@ -309,8 +312,8 @@ impl ar_mesh {
     fn new(mesh: TriMesh, welded: bool, unit: Unit, warnings: Vec<String>) -> ar_mesh {
         let [poisoned, busy] = [AtomicBool::new(false), AtomicBool::new(false)];
         let (magic, mesh, field) = (Self::MAGIC, Arc::new(mesh), RwLock::new(None));
-        let segmentation = RwLock::new(None);
-        ar_mesh { magic, poisoned, busy, mesh, welded, unit, warnings, field, segmentation }
+        let (segmentation, features) = (RwLock::new(None), RwLock::new(None));
+        ar_mesh { magic, poisoned, busy, mesh, welded, unit, warnings, field, segmentation, features }
     }
 
     /// Number of vertices as the caller counts them.

@@ -51,6 +51,7 @@ pub mod cancel;
 pub mod compute;
 pub mod diagnostics;
 pub mod error;
+pub mod feature;
 pub mod geodesic;
 mod guard;
 pub mod mesh;

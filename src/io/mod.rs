@@ -52,6 +52,21 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// Its usual short name; none if unknown.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Unit::Unknown => None,
+            Unit::Micron => Some("micron"),
+            Unit::Millimetre => Some("mm"),
+            Unit::Centimetre => Some("cm"),
+            Unit::Inch => Some("inch"),
+            Unit::Foot => Some("foot"),
+            Unit::Metre => Some("m"),
+        }
+    }
+}
+
+impl Unit {
     /// How many millimetres one unit is; `None` for [`Unit::Unknown`].
     pub fn millimetres(self) -> Option<f64> {
         [None, Some(1e-3), Some(1.0), Some(10.0), Some(25.4), Some(304.8), Some(1000.0)][self as usize]

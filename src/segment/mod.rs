@@ -18,7 +18,7 @@ pub mod kmeans;
 pub mod measure;
 mod parts;
 pub mod patches;
-mod ring;
+pub mod ring;
 pub mod spectral;
 pub mod vsi;
 

@@ -1,0 +1,55 @@
+//! Segments that are one wall: what lies back to back.
+//!
+//! A cut along creases parts the two sides of a membrane in a frame, and the floor of a pocket from the bottom below it.
+//! Across them, the spheres that measure their width touch the other side.
+
+use super::widths::Place;
+use crate::mesh::NONE;
+use crate::mesh::measure::{Vec3, add, area_vector, corners, norm};
+use std::collections::BTreeMap;
+
+/// Share of a segment's area that must face another for both to be one wall.
+const FACING: f64 = 0.5;
+/// A segment whose area vector is this share of its area is a sheet: it has one side only.
+const SHEET: f64 = 0.9;
+
+/// Segments joined: a new label for every old one, numbered by first old one. `places` as measured with `label`.
+pub fn back_to_back(positions: &[Vec3], triangles: &[[u32; 3]], label: &[u32], places: &[Place]) -> Vec<u32> {
+    let n = label.iter().map(|l| *l as usize + 1).max().unwrap_or(0);
+    let mut vector = vec![[0.0; 3]; n];
+    let mut area = vec![0.0; n];
+    for (f, &t) in triangles.iter().enumerate() {
+        let v = area_vector(corners(positions, t));
+        vector[label[f] as usize] = add(vector[label[f] as usize], v);
+        area[label[f] as usize] += norm(v);
+    }
+    let mut measured = vec![0.0; n];
+    let mut facing: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+    for p in places.iter().filter(|p| p.width.is_finite()) {
+        let from = label[p.face as usize];
+        measured[from as usize] += p.area;
+        if p.facing != NONE {
+            *facing.entry([from, label[p.facing as usize]]).or_insert(0.0) += p.area;
+        }
+    }
+    let mostly = |a: u32, b: u32| {
+        let share = facing.get(&[a, b]).copied().unwrap_or(0.0);
+        a != b && share > FACING * measured[a as usize]
+    };
+    let sheet = |a: u32| norm(vector[a as usize]) > SHEET * area[a as usize];
+    let mut root: Vec<u32> = (0..n as u32).collect();
+    for &[a, b] in facing.keys() {
+        if mostly(a, b) && (sheet(a) || mostly(b, a)) {
+            let (a, b) = (find(&root, a), find(&root, b));
+            root[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..n as u32).map(|a| find(&root, a)).collect()
+}
+
+fn find(root: &[u32], mut a: u32) -> u32 {
+    while root[a as usize] != a {
+        a = root[a as usize];
+    }
+    a
+}

@@ -75,7 +75,13 @@ impl Document {
     }
 
     /// Both profiles' ratios, the closed form and a line of what the paper's measure stands for.
-    pub fn plot(&mut self, name: &str, axes: &Axes<'_>, rows: &[Row], reference: Option<(&str, &dyn Fn(f64) -> f64)>) -> Done {
+    pub fn plot(
+        &mut self,
+        name: &str,
+        axes: &Axes<'_>,
+        rows: &[Row],
+        reference: Option<(&str, &dyn Fn(f64) -> f64)>,
+    ) -> Done {
         let mut series = Vec::new();
         if let Some((label, of)) = reference {
             series.push(Series::line(label, rows.iter().map(|r| (r.x, of(r.x)))));
@@ -126,7 +132,11 @@ impl Document {
             let title = format!("Distribution of {name} over the vertices (Fig. 12)");
             let x = format!("{name} / {name}max");
             let file = format!("distribution-{}.svg", name.to_lowercase());
-            diagram(&self.beside.join(&file), &Axes { title: &title, x: &x, y: "share of the vertices", log: false }, &series)?;
+            diagram(
+                &self.beside.join(&file),
+                &Axes { title: &title, x: &x, y: "share of the vertices", log: false },
+                &series,
+            )?;
             self.image(&file, &title);
         }
         Ok(())
@@ -139,7 +149,12 @@ impl Document {
             let last = rows.last().map_or(f64::NAN, |r| r.paper);
             series.push(Series::line(&format!("l = {l} mm"), rows.iter().map(|r| (r.x, r.paper / last))));
         }
-        let axes = Axes { title: "Mesh sensitivity, paper profile (Fig. 20)", x: "triangles", y: "D1max/D2max, to the finest", log: true };
+        let axes = Axes {
+            title: "Mesh sensitivity, paper profile (Fig. 20)",
+            x: "triangles",
+            y: "D1max/D2max, to the finest",
+            log: true,
+        };
         diagram(&self.beside.join("sensitivity.svg"), &axes, &series)?;
         self.image("sensitivity.svg", axes.title);
         for (l, rows) in shapes {

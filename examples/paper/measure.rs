@@ -6,7 +6,7 @@ use armesh::field::{self, Field, Options, Profile, Summary};
 use armesh::geodesic::Mode;
 use armesh::job::{CancelToken, Job};
 use armesh::mesh::{MeshOptions, TriMesh};
-use armesh::segment::{Segmentation, SegmentOptions, segment};
+use armesh::segment::{SegmentOptions, Segmentation, segment};
 
 /// A shape and what was measured on it.
 pub struct Measured {

@@ -30,8 +30,13 @@ pub struct Axes<'a> {
     pub log: bool,
 }
 
-const COLOURS: [RGBColor; 5] =
-    [RGBColor(60, 60, 60), RGBColor(41, 105, 176), RGBColor(222, 85, 50), RGBColor(89, 161, 79), RGBColor(150, 110, 170)];
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(60, 60, 60),
+    RGBColor(41, 105, 176),
+    RGBColor(222, 85, 50),
+    RGBColor(89, 161, 79),
+    RGBColor(150, 110, 170),
+];
 
 /// Range of the values and a little around it.
 fn range(values: impl Iterator<Item = f64>, log: bool) -> Range<f64> {

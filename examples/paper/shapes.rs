@@ -121,9 +121,8 @@ pub fn finer(shape: &Shape, n: usize) -> Shape {
             let weights = [k, i, j];
             let zero = weights.iter().filter(|w| **w == 0).count();
             let add = |out: &mut Shape| {
-                out.positions.push([0, 1, 2].map(|c| {
-                    (0..3).map(|m| weights[m] as f64 * corner[m][c]).sum::<f64>() / n as f64
-                }));
+                out.positions
+                    .push([0, 1, 2].map(|c| (0..3).map(|m| weights[m] as f64 * corner[m][c]).sum::<f64>() / n as f64));
                 out.positions.len() as u32 - 1
             };
             let v = match zero {
@@ -153,9 +152,7 @@ fn convex(corners: &[V3], side_corners: usize, edge: f64) -> Shape {
     let mut out = Shape { positions: corners.to_vec(), triangles: Vec::new() };
     let dot = |a: V3, b: V3| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let sub = |a: V3, b: V3| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    let cross = |a: V3, b: V3| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
+    let cross = |a: V3, b: V3| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let near = |a: usize, b: usize| {
         let d = sub(corners[a], corners[b]);
         dot(d, d) < (1.001 * edge).powi(2)

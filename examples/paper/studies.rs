@@ -71,7 +71,10 @@ pub fn distributions(faces: usize) -> Result<Vec<(&'static str, Measured)>> {
         let size = [SQUARE, SQUARE, l];
         Ok((name, measure(&cuboid(size, cells(size, faces)), Profile::Paper)?))
     };
-    [("thin wall, 100 x 100 x 2 mm", 2.0), ("cube, 100 mm", 100.0), ("rod, 100 x 100 x 2000 mm", 2000.0)].map(of).into_iter().collect()
+    [("thin wall, 100 x 100 x 2 mm", 2.0), ("cube, 100 mm", 100.0), ("rod, 100 x 100 x 2000 mm", 2000.0)]
+        .map(of)
+        .into_iter()
+        .collect()
 }
 
 /// Fig. 14: ellipsoids of revolution, drawn out to each of these aspect ratios and flattened to it; 20 n² triangles.
@@ -198,10 +201,13 @@ pub fn coarse_shapes() -> Vec<(&'static str, Shape)> {
         ("bar 100 x 100 x 2000", cuboid([SQUARE, SQUARE, 2000.0], [1; 3])),
         ("curved wall, 270 degrees", bent(WALL, 1.5 * PI, [36, 1, 1])),
         ("curved wall, closed", bent(WALL, TAU, [36, 1, 1])),
-        ("square ring", bar([24, 1, 1], true, |u| {
-            let (a, r) = (TAU * u[0], 25.0 - 5.0 * (u[2] - 0.5));
-            [r * a.sin(), 5.0 * u[1], -r * a.cos()]
-        })),
+        (
+            "square ring",
+            bar([24, 1, 1], true, |u| {
+                let (a, r) = (TAU * u[0], 25.0 - 5.0 * (u[2] - 0.5));
+                [r * a.sin(), 5.0 * u[1], -r * a.cos()]
+            }),
+        ),
     ];
     shapes.extend(regular().into_iter().filter(|(name, _)| *name != "cube"));
     shapes

@@ -2,6 +2,7 @@
 //! `examples/paper`. Tolerances are the paper's "about" and, in its own profile, the heat method's error.
 
 #[path = "../examples/paper/measure.rs"]
+#[allow(dead_code)]
 mod measure;
 #[path = "../examples/paper/shapes.rs"]
 #[allow(dead_code)]

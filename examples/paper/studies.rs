@@ -50,7 +50,7 @@ pub fn squares(lengths: &[f64], faces: usize) -> Result<Vec<Row>> {
         let size = [SQUARE, SQUARE, l];
         let aspect = SQUARE.max(l) / SQUARE.min(l);
         let shape = cuboid(size, cells(size, faces));
-        row(format!("100 x 100 x {l} mm, AR {aspect}"), aspect, "about AR", square_exact(l), &shape)
+        row(format!("100 x 100 x {l} mm, AR {aspect:.1}"), aspect, "about AR", square_exact(l), &shape)
     };
     lengths.iter().map(of).collect()
 }

@@ -3,7 +3,7 @@
 use crate::error::{Result, try_vec};
 use crate::geodesic::exact::{ExactGeodesics, Limits, Scratch, SurfacePoint};
 use crate::job::Job;
-use crate::mesh::measure::{Vec3, add, bounding_box, corners, cross, distance, dot, scale, sub};
+use crate::mesh::measure::{Vec3, add, barycentric, bounding_box, corners, distance, dot, scale};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 
 /// Points inside faces that ways may end at.
@@ -148,15 +148,6 @@ fn samples(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<(Vec
         points.push(SurfacePoint::Face { face, weights: barycentric(corner, p) });
     }
     Ok((points, places, surface.spacing))
-}
-
-/// Barycentric coordinates of a point of a triangle, not negative; those of its centroid if it has no area.
-fn barycentric(triangle: [Vec3; 3], p: Vec3) -> [f64; 3] {
-    let [a, b, c] = triangle;
-    let normal = cross(sub(b, a), sub(c, a));
-    let share = |u: Vec3, v: Vec3| (dot(cross(sub(u, p), sub(v, p)), normal) / dot(normal, normal)).max(0.0);
-    let weights = [share(b, c), share(c, a), share(a, b)];
-    if weights.iter().sum::<f64>() > 0.0 { weights } else { [1.0 / 3.0; 3] }
 }
 
 /// Some faces as a mesh of their own: positions and triangles.

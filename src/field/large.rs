@@ -3,12 +3,12 @@
 
 use super::Options;
 use super::accuracy::{Accuracy, Method, distortion, pair, probes};
-use super::print::{Lengths, MOST_DISTORTION, barycentric, far_ends, measure, stand_in};
+use super::print::{Lengths, MOST_DISTORTION, far_ends, measure, stand_in};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::{Eccentricity, ExactFields};
 use crate::job::{Job, Stage};
 use crate::mesh::NONE;
-use crate::mesh::measure::{Vec3, corners};
+use crate::mesh::measure::{Vec3, barycentric, corners};
 use crate::mesh::proxy::{Place, Proxy, places};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use rayon::prelude::*;
@@ -34,16 +34,16 @@ pub(super) fn lengths(positions: &[Vec3], triangles: &[[u32; 3]], options: &Opti
     job.begin(Stage::Surface, 0.35, 0.42, 3)?;
     let reference = reference(positions, triangles, job)?;
     job.advance(1)?;
-    let truth = ExactFields::new(&reference.positions, &reference.triangles)?;
+    let exact = ExactFields::new(&reference.positions, &reference.triangles)?;
     let sources = probes(&reference.positions, &reference.triangles);
-    let truth = pair(&truth, sources, job)?;
+    let truth = pair(&exact, sources, job)?;
+    let (component, components) = exact.components();
     for (faces, share) in PROXIES {
         let proxy = stand_in(&reference.positions, &reference.triangles, faces, share, job)?;
         let error = {
             let from = (&reference.positions[..], &reference.triangles[..]);
             let places = places(from, &proxy.onto, (&proxy.positions, &proxy.triangles), job)?;
-            let component = reference_components(&reference)?;
-            let on_proxy = ExactFields::on_proxy(&proxy, &places, component.0, component.1)?;
+            let on_proxy = ExactFields::on_proxy(&proxy, &places, component.to_vec(), components)?;
             distortion(&truth, &pair(&on_proxy, sources, job)?, 0.0)
         };
         if error <= MOST_DISTORTION || share == 0.0 {
@@ -67,12 +67,6 @@ fn reference(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Pr
         }
     }
     Err(Error::Numeric("the mesh does not simplify".into()))
-}
-
-fn reference_components(reference: &Proxy) -> Result<(Vec<u32>, usize)> {
-    let fields = ExactFields::new(&reference.positions, &reference.triangles)?;
-    let (component, count) = fields.components();
-    Ok((component.to_vec(), count))
 }
 
 /// D1 of `positions` by way of points on `proxy`.

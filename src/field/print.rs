@@ -9,7 +9,7 @@ use crate::geodesic::{
 };
 use crate::job::{Job, Stage};
 use crate::mesh::corners::shape_corners;
-use crate::mesh::measure::{Vec3, add, area_vector, bounding_box, corners, cross, distance, dot, scale, sub};
+use crate::mesh::measure::{Vec3, add, barycentric, bounding_box, corners, distance, scale};
 use crate::mesh::proxy::{Proxy, places};
 use crate::mesh::simplify::SimplifyOptions;
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
@@ -215,15 +215,4 @@ fn samples(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<(Vec
         points.push(SurfacePoint::Face { face, weights: barycentric(corners(positions, triangles[face as usize]), p) });
     }
     Ok((points, places))
-}
-
-/// Barycentric coordinates of a point of a triangle, not negative; those of its centroid if it has no area.
-pub(super) fn barycentric(triangle: [Vec3; 3], p: Vec3) -> [f64; 3] {
-    let normal = area_vector(triangle);
-    let share = |k: usize| {
-        let (b, c) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);
-        (dot(cross(sub(b, p), sub(c, p)), normal) / dot(normal, normal)).max(0.0)
-    };
-    let weights = [share(0), share(1), share(2)];
-    if weights.iter().sum::<f64>() > 0.0 { weights } else { [1.0 / 3.0; 3] }
 }

@@ -67,6 +67,15 @@ pub fn signed_volume6([a, b, c]: [Vec3; 3], origin: Vec3) -> f64 {
     dot(sub(a, origin), cross(sub(b, origin), sub(c, origin)))
 }
 
+/// Barycentric coordinates of a point of a triangle, not negative; those of its centroid if it has no area.
+pub fn barycentric(triangle: [Vec3; 3], p: Vec3) -> [f64; 3] {
+    let [a, b, c] = triangle;
+    let normal = area_vector(triangle);
+    let share = |u: Vec3, v: Vec3| (dot(cross(sub(u, p), sub(v, p)), normal) / dot(normal, normal)).max(0.0);
+    let weights = [share(b, c), share(c, a), share(a, b)];
+    if weights.iter().sum::<f64>() > 0.0 { weights } else { [1.0 / 3.0; 3] }
+}
+
 /// Smallest box with sides along the axes, `(lower, upper)` corners; (+inf, -inf) when there are no points.
 pub fn bounding_box(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     points.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(mut lo, mut hi), p| {

@@ -273,7 +273,8 @@ fn stitch(a: (u32, usize, f64), b: (u32, usize, f64), triangles: &mut Vec<[u32; 
     let (mut i, mut j) = (0, 0);
     while i < a.1 || j < b.1 {
         // the shorter of the two diagonals; a pole stays where it is
-        let on_a = j == b.1 || (i < a.1 && (angle(a, i + 1) - angle(b, j)).abs() <= (angle(b, j + 1) - angle(a, i)).abs());
+        let on_a =
+            j == b.1 || (i < a.1 && (angle(a, i + 1) - angle(b, j)).abs() <= (angle(b, j + 1) - angle(a, i)).abs());
         let (p, q) = (vertex(a, i), vertex(b, j));
         if on_a {
             i += 1;

@@ -43,6 +43,14 @@ struct Side {
     ends: [u32; 2],
 }
 
+/// The flat groups that the faces of a feature form.
+struct Flats {
+    /// The group of every face.
+    of: HashMap<u32, u32>,
+    /// By group: how much its concave edges turn, by length, and its area.
+    sums: HashMap<u32, (f64, f64)>,
+}
+
 impl Standing<'_> {
     /// The faces of the feature without those of the fillets that it stands on, `faces` being all of its faces; none
     /// if it stands on no fillet, or if that were too much of it.
@@ -64,8 +72,8 @@ impl Standing<'_> {
         (above.len() < faces.len() && area(&above) >= (1.0 - SHARE) * area(faces)).then_some(above)
     }
 
-    /// --- flat groups of faces: the first face of the group of each, and by that its bend and its area
-    fn flats(&self, faces: &[u32]) -> (HashMap<u32, u32>, HashMap<u32, (f64, f64)>) {
+    /// --- flat groups of faces
+    fn flats(&self, faces: &[u32]) -> Flats {
         let mut root: HashMap<u32, u32> = faces.iter().map(|&f| (f, f)).collect();
         for &f in faces {
             for &(g, s) in self.around(f) {
@@ -84,7 +92,7 @@ impl Standing<'_> {
             let sum = sums.entry(of[&f]).or_insert((0.0, 0.0));
             *sum = (sum.0 + bend, sum.1 + self.dual.area[f as usize]);
         }
-        (of, sums)
+        Flats { of, sums }
     }
 
     /// Neighbours of a face within the feature.
@@ -94,13 +102,13 @@ impl Standing<'_> {
 
     /// Whether the surface bends inward at a face as narrowly as a fillet does: the turn of the concave edges over the
     /// area is one over the radius.
-    fn hollow(&self, flats: &(HashMap<u32, u32>, HashMap<u32, (f64, f64)>), f: u32) -> bool {
-        let (bend, area) = flats.1[&flats.0[&f]];
+    fn hollow(&self, flats: &Flats, f: u32) -> bool {
+        let (bend, area) = flats.sums[&flats.of[&f]];
         bend * RADIUS * self.thickness > area
     }
 
     /// --- from the border upward, as long as the surface is hollow
-    fn grown(&self, flats: &(HashMap<u32, u32>, HashMap<u32, (f64, f64)>), mut stack: Vec<u32>) -> HashSet<u32> {
+    fn grown(&self, flats: &Flats, mut stack: Vec<u32>) -> HashSet<u32> {
         let mut fillet: HashSet<u32> = HashSet::new();
         while let Some(f) = stack.pop() {
             if fillet.insert(f) {

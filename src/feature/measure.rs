@@ -132,7 +132,7 @@ impl Scene<'_> {
 
     /// How far the feature rises from the plane that its border lies in, its highest point and the foot of that point;
     /// none if its border lies in no plane, within a share of `width`, or the feature on both sides of it.
-    fn height(&self, k: u32, faces: &[u32], width: f64) -> Result<Option<(f64, Vec3, Vec3)>> {
+    pub fn height(&self, k: u32, faces: &[u32], width: f64) -> Result<Option<(f64, Vec3, Vec3)>> {
         let positions = self.mesh.positions();
         let border = self.largest_border(k, faces)?;
         // --- the plane: its normal is the area vector of the closed border, which points into the feature
@@ -200,7 +200,7 @@ impl Scene<'_> {
 }
 
 /// The upper end of the narrow band of widths that most of the area has, if there is one. `places` by rising width.
-fn plateau(places: &[&Place]) -> Option<f64> {
+pub fn plateau(places: &[&Place]) -> Option<f64> {
     let total: f64 = places.iter().map(|p| p.area).sum();
     let (mut first, mut within, mut best) = (0, 0.0, (MOSTLY * total, None));
     for p in places {

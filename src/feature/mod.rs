@@ -17,6 +17,9 @@ pub mod report;
 pub mod split;
 pub mod widths;
 
+#[cfg(test)]
+mod tests;
+
 use crate::error::{Result, try_vec};
 use crate::job::{Job, Stage};
 use crate::mesh::TriMesh;

@@ -136,7 +136,9 @@ fn on<T: Send>(bencher: Bencher, case: &Case, work: impl Fn(&TriMesh, &[[u32; 3]
 #[divan::bench(args = all(), max_time = 2)]
 fn a_read_stl(bencher: Bencher, case: &Case) {
     let bytes = bytes(case);
-    bencher.counter(BytesCount::new(bytes.len())).bench_local(|| io::parse(&bytes, "stl", &io::Limits::default(), &job()));
+    bencher
+        .counter(BytesCount::new(bytes.len()))
+        .bench_local(|| io::parse(&bytes, "stl", &io::Limits::default(), &job()));
 }
 
 #[divan::bench(args = all(), max_time = 2)]
@@ -204,9 +206,9 @@ fn i_heat_16_sources(bencher: Bencher, case: &Case) {
     let mut scratch = done(solver.scratch());
     let sources: Vec<[u32; 1]> = (0..16).map(|k| [k * (solver.vertex_count() as u32 / 16)]).collect();
     let columns: Vec<&[u32]> = sources.iter().map(|s| &s[..]).collect();
-    bencher.counter(ItemsCount::new(16 * solver.vertex_count())).bench_local(|| {
-        done(solver.solve(&columns, &mut scratch)).iter().copied().fold(0.0, f64::max)
-    });
+    bencher
+        .counter(ItemsCount::new(16 * solver.vertex_count()))
+        .bench_local(|| done(solver.solve(&columns, &mut scratch)).iter().copied().fold(0.0, f64::max));
 }
 
 #[divan::bench(args = small(), max_time = 3)]
@@ -214,9 +216,9 @@ fn j_exact_field(bencher: Bencher, case: &Case) {
     let mesh = mesh(case);
     let solver = done(ExactGeodesics::new(mesh.positions(), mesh.triangles()));
     let mut scratch = Scratch::default();
-    bencher.counter(ItemsCount::new(mesh.triangles().len())).bench_local(|| {
-        done(solver.distances(SurfacePoint::Vertex(0), &[], &Limits::default(), &mut scratch, &job()))
-    });
+    bencher
+        .counter(ItemsCount::new(mesh.triangles().len()))
+        .bench_local(|| done(solver.distances(SurfacePoint::Vertex(0), &[], &Limits::default(), &mut scratch, &job())));
 }
 
 #[divan::bench(args = all(), max_time = 5)]

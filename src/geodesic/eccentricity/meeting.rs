@@ -348,3 +348,62 @@ pub fn meeting<S: DistanceFields>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geodesic::{ExactFields, Mode, eccentricity};
+    use crate::mesh::shapes::{Shape, grid_box, icosphere, union};
+
+    #[test]
+    fn ways_are_bounded_as_by_all_sums() {
+        // points in two rooms, 40 in each, and fields of every fifth
+        let mut seed = 1u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / (1u64 << 31) as f64
+        };
+        let points: Vec<Vec3> = (0..80).map(|_| [random(), random(), random()]).collect();
+        let apart = |a: usize, b: usize| (a < 40) != (b < 40);
+        let d = |a: usize, b: usize| if apart(a, b) { f64::INFINITY } else { distance(points[a], points[b]) };
+        let sources: Vec<usize> = (0..80).step_by(5).collect();
+        let mut ways = Ways::default();
+        for &s in &sources {
+            ways.add(&(0..80).map(|v| d(s, v)).collect::<Vec<_>>()).unwrap();
+        }
+        let ends: Vec<u32> = (0..80).rev().collect();
+        let columns = ways.columns(&ends).unwrap();
+        let meet = |v: usize, u: usize| sources.iter().map(|&s| d(s, v) + d(s, u)).fold(f64::INFINITY, f64::min);
+        for v in 0..80 {
+            let reached = (0..80).filter(|&u| !apart(v, u));
+            let longest = reached.map(|u| meet(v, u)).fold(0.0, f64::max);
+            let (bound, end) = ways.bound(v as u32, 0.0, &ends, &columns);
+            assert!((bound / longest - 1.0).abs() < 1e-5, "{v}: {bound} is not {longest}");
+            assert!((meet(v, end as usize) / longest - 1.0).abs() < 1e-5);
+            assert_eq!(ways.bound(v as u32, 1.01 * longest, &ends, &columns), (1.01 * longest, NONE));
+        }
+    }
+
+    #[test]
+    fn bounds_hold_the_value_of_all_sources_and_are_as_near_as_asked_for() {
+        let rod: Shape = grid_box([20.0, 1.0, 1.0], [40, 2, 2]);
+        let shapes = [icosphere(3), grid_box([1.0; 3], [8; 3]), union(&[rod, icosphere(2)])];
+        for (p, t) in &shapes {
+            let solver = ExactFields::new(p, t).unwrap();
+            let (all, job) = (vec![true; p.len()], Job::default());
+            let targets = Targets { ask: &all, far: &all };
+            let truth = eccentricity(&solver, p, targets, Mode::AllSources, &job).unwrap();
+            for tolerance in [0.1, 0.05] {
+                let found = meeting(&solver, p, targets, tolerance, &[], &job).unwrap();
+                assert!(5 * found.solves < truth.solves, "{} of {}", found.solves, truth.solves);
+                for v in 0..p.len() {
+                    let (exact, lower, upper) = (truth.distance[v], found.lower[v], found.upper[v]);
+                    // the fields that they are held against may be too long by this share
+                    assert!(lower <= exact * 1.002 && exact <= upper * 1.002, "{v}: {exact} in {lower} {upper}");
+                    assert!(upper - lower <= tolerance * lower, "{v}: {lower} {upper}");
+                    assert!((lower..=upper).contains(&found.distance[v]));
+                }
+            }
+        }
+    }
+}

@@ -5,15 +5,21 @@
 //                             (which tell more on a busy machine) and the largest D1
 //   peers certified N THREADS the same with as many sources as it takes to know D1 to 2 %; prints their number too
 //   peers d2 N THREADS RAYS   D2: prints seconds and processor seconds until D1 begins; D1 is then cancelled
+//   peers wall N THREADS      wall widths of all vertices and faces: the same
 //   peers cgal-sdf N RAYS     CGAL's sdf_values, raw: the same
+//   peers cgal-heat N SOURCES CGAL's heat method (intrinsic Delaunay), one source after the other: the same
+//   peers stl N FILE          writes the ellipsoid as binary STL
+//   peers start TIMES         a box of 12 triangles from buffers, ar_compute, freed: median and largest milliseconds
 #include "shapes.hpp"
 
 #include <armesh.hpp>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Heat_method_3/Surface_mesh_geodesic_distances_3.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/mesh_segmentation.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -68,18 +74,15 @@ void d1(int n, unsigned threads, armesh::d1_method method) {
                 static_cast<unsigned long long>(mesh.summary().solves));
 }
 
-void d2(int n, unsigned threads, unsigned rays) {
+// Time until D1 begins.
+void widths(int n, armesh::compute_options how) {
     armesh::mesh mesh = hand_over(ellipsoid(n));
-    armesh::compute_options how;
-    how.profile = armesh::profile::paper;
-    how.threads = threads;
-    how.rays = rays;
     double wall = 0, processor = 0;
     const Timer timer;
     how.progress = [&](double, armesh::stage now) { // some 30 times a second: the answer is rounded up
         wall = timer.wall();
         processor = timer.processor();
-        return now != armesh::stage::factor && now != armesh::stage::geodesic;
+        return now == armesh::stage::mesh || now == armesh::stage::thickness;
     };
     try {
         mesh.compute(how);
@@ -92,21 +95,79 @@ void d2(int n, unsigned threads, unsigned rays) {
     std::printf("%.6f %.6f\n", wall, processor);
 }
 
-void cgal_sdf(int n, unsigned rays) {
-    using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-    using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+void d2(int n, unsigned threads, unsigned rays) {
+    armesh::compute_options how;
+    how.profile = armesh::profile::paper;
+    how.threads = threads;
+    how.rays = rays;
+    widths(n, how);
+}
+
+void wall(int n, unsigned threads) {
+    armesh::compute_options how;
+    how.profile = armesh::profile::print;
+    how.threads = threads;
+    widths(n, how);
+}
+
+void start(int times) {
+    const shapes::Mesh box = shapes::box(30, 20, 10, 0);
+    std::vector<double> milliseconds;
+    for (int k = 0; k < times; ++k) {
+        const Timer timer;
+        armesh::mesh mesh = hand_over(box);
+        mesh.compute();
+        milliseconds.push_back(1000 * timer.wall());
+    }
+    std::sort(milliseconds.begin(), milliseconds.end());
+    std::printf("%.6f %.6f\n", milliseconds[milliseconds.size() / 2], milliseconds.back());
+}
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+
+Surface surface_of(const shapes::Mesh &mesh) {
     Surface surface;
-    const shapes::Mesh mesh = ellipsoid(n);
     for (const shapes::Point &p : mesh.points) {
         surface.add_vertex(Kernel::Point_3(p[0], p[1], p[2]));
     }
     for (const shapes::Triangle &t : mesh.triangles) {
         surface.add_face(Surface::Vertex_index(t[0]), Surface::Vertex_index(t[1]), Surface::Vertex_index(t[2]));
     }
+    return surface;
+}
+
+void cgal_sdf(int n, unsigned rays) {
+    Surface surface = surface_of(ellipsoid(n));
     auto value = surface.add_property_map<Surface::Face_index, double>("f:sdf", 0).first;
     const Timer timer;
     CGAL::sdf_values(surface, value, 2.0 / 3.0 * CGAL_PI, rays, false);
     std::printf("%.6f %.6f\n", timer.wall(), timer.processor());
+}
+
+// Building and factoring, then each source; the second pair of numbers is for the sources only.
+void cgal_heat(int n, unsigned sources) {
+    Surface surface = surface_of(ellipsoid(n));
+    auto distance = surface.add_property_map<Surface::Vertex_index, double>("v:d", 0).first;
+    const Timer timer;
+    CGAL::Heat_method_3::Surface_mesh_geodesic_distances_3<Surface, CGAL::Heat_method_3::Intrinsic_Delaunay> heat(surface);
+    heat.add_source(Surface::Vertex_index(0));
+    heat.estimate_geodesic_distances(distance);
+    const double prepared = timer.wall();
+    for (unsigned k = 1; k <= sources; ++k) {
+        heat.clear_sources();
+        heat.add_source(Surface::Vertex_index(k * (surface.number_of_vertices() / (sources + 1))));
+        heat.estimate_geodesic_distances(distance);
+    }
+    std::printf("%.6f %.6f %.6f\n", timer.wall(), timer.processor(), timer.wall() - prepared);
+}
+
+void write_stl(const shapes::Mesh &mesh, const char *path) {
+    const std::string bytes = shapes::binary_stl(mesh);
+    std::FILE *file = std::fopen(path, "wb");
+    if (file == nullptr || std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size() || std::fclose(file) != 0) {
+        throw std::runtime_error("cannot write the mesh");
+    }
 }
 
 } // namespace
@@ -123,8 +184,16 @@ int main(int argc, char **argv) {
             d1(number(2), count(3), armesh::d1_method::certified);
         } else if (argc == 5 && std::strcmp(argv[1], "d2") == 0) {
             d2(number(2), count(3), count(4));
+        } else if (argc == 4 && std::strcmp(argv[1], "wall") == 0) {
+            wall(number(2), count(3));
         } else if (argc == 4 && std::strcmp(argv[1], "cgal-sdf") == 0) {
             cgal_sdf(number(2), count(3));
+        } else if (argc == 4 && std::strcmp(argv[1], "cgal-heat") == 0) {
+            cgal_heat(number(2), count(3));
+        } else if (argc == 4 && std::strcmp(argv[1], "stl") == 0) {
+            write_stl(ellipsoid(number(2)), argv[3]);
+        } else if (argc == 3 && std::strcmp(argv[1], "start") == 0) {
+            start(number(2));
         } else {
             std::fprintf(stderr, "usage: see the top of peers.cpp\n");
             return 2;

@@ -42,15 +42,7 @@ const STARTS: usize = 4;
 pub(super) fn walls(mesh: &TriMesh, triangles: &[[u32; 3]], job: &Job) -> Result<(Vec<f64>, Vec<f64>)> {
     let positions = mesh.positions();
     let solid = WallMesh::new(positions, triangles, job)?;
-    let own: Vec<u32> = (0..triangles.len() as u32).collect();
-    let vertices = solid.vertex_widths(positions, triangles, &own, job)?.width;
-    let mut centroids = try_vec(triangles.len(), "wall widths")?;
-    for &t in triangles {
-        let [a, b, c] = corners(positions, t);
-        centroids.push(scale(add(add(a, b), c), 1.0 / 3.0));
-    }
-    let faces = solid.point_widths(&centroids, &own, job)?.width;
-    Ok((vertices, faces))
+    solid.surface_widths(positions, triangles, job)
 }
 
 /// D1 of every vertex, towards the corners of the shape, the longest way across the part, and how right they are.

@@ -22,7 +22,7 @@ const CHUNK: usize = 16;
 /// Relative margin for the rounding of single precision.
 const ROUNDING: f64 = 1e-6;
 /// Vertices that are looked at for the next sources, while there are many to choose from.
-const LOOKED_AT: usize = 300;
+const LOOKED_AT: usize = 1_000;
 /// What distances may be off by is taken from the tolerance, but at least this share of it is left.
 const LEAST_AIM: f64 = 0.4;
 /// Share of the rest that is aimed at: values are as far off as their lower bounds, and those by up to the whole gap.

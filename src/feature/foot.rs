@@ -4,6 +4,7 @@
 //! fillet, so that half of it lies within the feature; its length is measured without that half.
 
 use crate::mesh::measure::{Vec3, add, cross, dot, norm, scale, sub};
+use crate::mesh::sets::SparseSets;
 use crate::segment::dual::Dual;
 use hashbrown::{HashMap, HashSet};
 use std::collections::BTreeMap;
@@ -55,10 +56,17 @@ impl Standing<'_> {
     /// The faces of the feature without those of the fillets that it stands on, `faces` being all of its faces; none
     /// if it stands on no fillet, or if that were too much of it.
     pub fn above(&self, faces: &[u32]) -> Option<Vec<u32>> {
+        let length = |sides: &[Side]| sides.iter().map(|s| s.length).sum::<f64>();
+        let stepped = |sides: &[Side]| sides.iter().filter(|s| is_step(s.turn)).map(|s| s.length).sum::<f64>();
+        let mut borders = self.borders(faces);
+        borders.retain(|border| stepped(border) >= AROUND * length(border));
+        if borders.is_empty() {
+            return None;
+        }
         let flats = self.flats(faces);
         let mut foot: HashSet<u32> = HashSet::new();
-        for border in self.borders(faces) {
-            let whole: f64 = border.iter().map(|s| s.length).sum();
+        for border in borders {
+            let whole = length(&border);
             let within = border.iter().filter(|s| is_step(s.turn) && self.hollow(&flats, s.face));
             if within.clone().map(|s| s.length).sum::<f64>() >= AROUND * whole {
                 let fillet = self.grown(&flats, within.map(|s| s.face).collect());
@@ -74,17 +82,16 @@ impl Standing<'_> {
 
     /// --- flat groups of faces
     fn flats(&self, faces: &[u32]) -> Flats {
-        let mut root: HashMap<u32, u32> = faces.iter().map(|&f| (f, f)).collect();
+        let mut sets = SparseSets::default();
         for &f in faces {
             for &(g, s) in self.around(f) {
                 if self.dual.steps[s as usize].turn.abs() <= STEPS[0] {
-                    let (a, b) = (find(&root, f), find(&root, g));
-                    root.insert(a.max(b), a.min(b));
+                    sets.join(f, g);
                 }
             }
         }
         let mut sums: HashMap<u32, (f64, f64)> = HashMap::new();
-        let of: HashMap<u32, u32> = faces.iter().map(|&f| (f, find(&root, f))).collect();
+        let of: HashMap<u32, u32> = faces.iter().map(|&f| (f, sets.root(f))).collect();
         for &f in faces {
             let steps = self.dual.around(f).iter().map(|a| &self.dual.steps[a.1 as usize]);
             // half of an edge's turn belongs to each of its faces
@@ -149,14 +156,11 @@ impl Standing<'_> {
                 }
             }
         }
-        let mut root: HashMap<u32, u32> = sides.iter().flat_map(|s| s.ends).map(|v| (v, v)).collect();
-        for side in &sides {
-            let [a, b] = side.ends.map(|v| find(&root, v));
-            root.insert(a.max(b), a.min(b));
-        }
+        let mut sets = SparseSets::default();
+        sides.iter().for_each(|side| sets.join(side.ends[0], side.ends[1]));
         let mut out: BTreeMap<u32, Vec<Side>> = BTreeMap::new();
         for side in sides {
-            out.entry(find(&root, side.ends[0])).or_default().push(side);
+            out.entry(sets.root(side.ends[0])).or_default().push(side);
         }
         out.into_values().collect()
     }
@@ -164,11 +168,4 @@ impl Standing<'_> {
 
 fn is_step(turn: f64) -> bool {
     turn > STEPS[0] && turn < STEPS[1]
-}
-
-fn find(root: &HashMap<u32, u32>, mut v: u32) -> u32 {
-    while root[&v] != v {
-        v = root[&v];
-    }
-    v
 }

@@ -8,10 +8,10 @@ use super::{Feature, Width};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::mesh::measure::{Vec3, add, cross, distance, dot, norm, scale, sub};
+use crate::mesh::sets::SparseSets;
 use crate::mesh::{NONE, TriMesh};
 use crate::segment::dual::Dual;
 use crate::segment::ring;
-use hashbrown::HashMap;
 use std::collections::BTreeMap;
 
 /// The widest tenth of a feature's area may be corners and nodes, in which walls and bars meet: how wide the feature is
@@ -185,14 +185,11 @@ impl Scene<'_> {
                 }
             }
         }
-        let mut root: HashMap<u32, u32> = sides.iter().flatten().map(|&v| (v, v)).collect();
-        for &[a, b] in &sides {
-            let (a, b) = (find(&root, a), find(&root, b));
-            root.insert(a.max(b), a.min(b));
-        }
+        let mut sets = SparseSets::default();
+        sides.iter().for_each(|&[a, b]| sets.join(a, b));
         let mut loops: BTreeMap<u32, Vec<(Vec3, Vec3)>> = BTreeMap::new();
         for [a, b] in sides {
-            loops.entry(find(&root, a)).or_default().push((positions[a as usize], positions[b as usize]));
+            loops.entry(sets.root(a)).or_default().push((positions[a as usize], positions[b as usize]));
         }
         let size = |l: &Vec<(Vec3, Vec3)>| norm(area_within(l, l[0].0));
         Ok(loops.into_values().max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or_default())
@@ -219,11 +216,4 @@ pub fn plateau(places: &[&Place]) -> Option<f64> {
 /// Area vector of what a closed border encloses.
 fn area_within(border: &[(Vec3, Vec3)], from: Vec3) -> Vec3 {
     border.iter().fold([0.0; 3], |m, (a, b)| add(m, scale(cross(sub(*a, from), sub(*b, from)), 0.5)))
-}
-
-fn find(root: &HashMap<u32, u32>, mut v: u32) -> u32 {
-    while root[&v] != v {
-        v = root[&v];
-    }
-    v
 }

@@ -7,6 +7,7 @@ use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{bounding_box, distance};
 use crate::mesh::proxy::{Place, Proxy};
+use crate::mesh::sets::Sets;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -262,27 +263,17 @@ impl DistanceFields for ExactFields {
 
 /// Vertex-connected component of every vertex, numbered by first vertex; [`NONE`] without a triangle.
 fn components(vertices: usize, triangles: &[[u32; 3]]) -> Result<(Vec<u32>, usize)> {
-    let mut parent: Vec<u32> = try_filled(vertices, 0, "components")?;
-    (0..vertices as u32).for_each(|v| parent[v as usize] = v);
+    let mut sets = Sets::new(vertices)?;
     let mut used = try_filled(vertices, false, "components")?;
-    fn root(parent: &mut [u32], mut v: u32) -> u32 {
-        while parent[v as usize] != v {
-            parent[v as usize] = parent[parent[v as usize] as usize];
-            v = parent[v as usize];
-        }
-        v
-    }
     for t in triangles {
         t.iter().for_each(|&v| used[v as usize] = true);
-        for v in [t[1], t[2]] {
-            let (a, b) = (root(&mut parent, t[0]), root(&mut parent, v));
-            parent[a.max(b) as usize] = a.min(b);
-        }
+        sets.join(t[0], t[1]);
+        sets.join(t[0], t[2]);
     }
     let mut number = try_filled(vertices, NONE, "components")?;
     let mut count = 0;
     for v in 0..vertices as u32 {
-        let r = root(&mut parent, v) as usize;
+        let r = sets.root(v) as usize;
         if used[v as usize] {
             if number[r] == NONE {
                 number[r] = count;

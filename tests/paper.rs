@@ -62,6 +62,13 @@ fn square_shapes_lie_on_a_line_of_slope_one() {
 }
 
 #[test]
+fn ellipsoids_drawn_out_and_flattened() {
+    for row in studies::ellipsoids(&[1.0, 3.0, 12.0], FACES).unwrap() {
+        both(&row, row.exact.unwrap(), 0.03);
+    }
+}
+
+#[test]
 fn curved_rod_halves_when_it_closes() {
     let rows = studies::curved_rods(&[180.0, 300.0, 360.0], 5).unwrap();
     both(&rows[0], 20.0, 0.1);

@@ -64,9 +64,11 @@ fn compare(shape: &Composite) -> armesh::error::Result<()> {
     let job = Job::new(0, None, CancelToken::default());
     let source = (&shape.positions[..], &shape.triangles[..]);
     let mesh = job.run(None, || TriMesh::new(&source, &MeshOptions::default(), &job))?;
+    // faces without area are left out of the mesh
+    let label: Vec<u32> = mesh.input_of_face().iter().map(|&f| shape.label[f as usize]).collect();
     for (name, options) in ways {
         let found = job.run(None, || segment(&mesh, &options, &job))?;
-        let (n, index) = (found.segments.len(), adjusted_rand(&found.face_segment, &shape.label));
+        let (n, index) = (found.segments.len(), adjusted_rand(&found.face_segment, &label));
         println!("{:16} {name:24} {n:3} of {count} segments, index {index:.3}", shape.name);
     }
     Ok(())

@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     page.table("shape", &squares);
 
     page.text(include_str!("text/ellipsoids.md"));
-    let rows = studies::ellipsoids(&[1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0], 24)?;
+    let rows = studies::ellipsoids(&[1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0], 12_000)?;
     let axes = Axes { title: "Ellipsoids (Fig. 14)", x: "AR", y: "D1max/D2max", log: false };
     page.plot("ellipsoids.svg", &axes, &rows, Some(("AR", &|x| x)))?;
     page.table("semi-axes", &rows);

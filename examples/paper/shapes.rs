@@ -216,14 +216,78 @@ pub fn regular() -> Vec<(&'static str, Shape)> {
     ]
 }
 
-/// An ellipsoid with these semi-axes, of 20 n² triangles.
-pub fn ellipsoid(axes: V3, n: usize) -> Shape {
+/// The unit sphere, of 20 n² triangles.
+pub fn sphere(n: usize) -> Shape {
     let mut shape = regular().pop().map_or_else(Shape::default, |(_, icosahedron)| finer(&icosahedron, n));
     for p in &mut shape.positions {
         let length = p.iter().map(|c| c * c).sum::<f64>().sqrt();
-        *p = [0, 1, 2].map(|k| axes[k] * p[k] / length);
+        *p = p.map(|c| c / length);
     }
     shape
+}
+
+/// An ellipsoid of revolution about x with the semi-axes `along` and `across`, of about so many even triangles: rings of
+/// points that stand as far apart as their neighbours on the same ring do.
+pub fn ellipsoid(along: f64, across: f64, faces: usize) -> Shape {
+    // the meridian, by its length
+    const STEPS: usize = 20_000;
+    let point = |k: usize| {
+        let t = PI * k as f64 / STEPS as f64;
+        [along * t.cos(), across * t.sin()]
+    };
+    let mut length = vec![0.0];
+    let mut area = 0.0;
+    for k in 1..=STEPS {
+        let ([x, r], [x0, r0]) = (point(k), point(k - 1));
+        let step = (x - x0).hypot(r - r0);
+        length.push(length[k - 1] + step);
+        area += PI * (r + r0) * step;
+    }
+    let side = (4.0 * area / 3f64.sqrt() / faces as f64).sqrt();
+    let rings = (length[STEPS] / (side * 0.75f64.sqrt())).round().max(2.0) as usize;
+    // each ring: its first vertex and how many it has; a pole has one
+    let mut shape = Shape::default();
+    let mut last: Option<(u32, usize, f64)> = None;
+    for ring in 0..=rings {
+        let at = length.partition_point(|l| *l < length[STEPS] * ring as f64 / rings as f64).min(STEPS);
+        let [x, r] = point(at);
+        let pole = ring == 0 || ring == rings;
+        let n = if pole { 1 } else { (TAU * r / side).round().max(5.0) as usize };
+        let (first, turn) = (shape.positions.len() as u32, 0.5 * (ring % 2) as f64);
+        shape.positions.extend((0..n).map(|k| {
+            let a = TAU * (k as f64 + turn) / n as f64;
+            if pole { [along * if ring == 0 { 1.0 } else { -1.0 }, 0.0, 0.0] } else { [x, r * a.cos(), r * a.sin()] }
+        }));
+        if let Some(below) = last {
+            stitch(below, (first, n, turn), &mut shape.triangles);
+        }
+        last = Some((first, n, turn));
+    }
+    shape
+}
+
+/// Triangles between two rings of vertices (first, number, turned by this share of a step), whichever comes next.
+fn stitch(a: (u32, usize, f64), b: (u32, usize, f64), triangles: &mut Vec<[u32; 3]>) {
+    let angle = |ring: (u32, usize, f64), k: usize| (k as f64 + ring.2) / ring.1 as f64;
+    let vertex = |ring: (u32, usize, f64), k: usize| ring.0 + (k % ring.1) as u32;
+    let (mut i, mut j) = (0, 0);
+    while i < a.1 || j < b.1 {
+        // the shorter of the two diagonals; a pole stays where it is
+        let on_a =
+            j == b.1 || (i < a.1 && (angle(a, i + 1) - angle(b, j)).abs() <= (angle(b, j + 1) - angle(a, i)).abs());
+        let (p, q) = (vertex(a, i), vertex(b, j));
+        if on_a {
+            i += 1;
+            if a.1 > 1 {
+                triangles.push([p, q, vertex(a, i)]);
+            }
+        } else {
+            j += 1;
+            if b.1 > 1 {
+                triangles.push([p, q, vertex(b, j)]);
+            }
+        }
+    }
 }
 
 // --- parts with features (in the manner of Figs. 21 and 22)

@@ -1,7 +1,7 @@
 //! The paper's numerical experiments (Figs. 11 to 20), each a table of shapes, what is known of them and what is measured.
 
 use super::measure::{Measured, measure, measure_with_cone, segments};
-use super::shapes::{Shape, bar, bent, bent_rod, cells, cuboid, ellipsoid, finer, helix, regular};
+use super::shapes::{Shape, bar, bent, bent_rod, cells, cuboid, ellipsoid, finer, helix, regular, sphere};
 use armesh::error::Result;
 use armesh::field::Profile;
 use std::f64::consts::{PI, TAU};
@@ -77,15 +77,15 @@ pub fn distributions(faces: usize) -> Result<Vec<(&'static str, Measured)>> {
         .collect()
 }
 
-/// Fig. 14: ellipsoids of revolution, drawn out to each of these aspect ratios and flattened to it; 20 n² triangles.
-pub fn ellipsoids(aspects: &[f64], n: usize) -> Result<Vec<Row>> {
+/// Fig. 14: ellipsoids of revolution, drawn out to each of these aspect ratios and flattened to it.
+pub fn ellipsoids(aspects: &[f64], faces: usize) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for &a in aspects {
         let exact = Some(ellipse_perimeter(a, 1.0) / 4.0);
         let stated = if a == 1.0 { "pi/2 = 1.571" } else { "follows AR" };
-        rows.push(row(format!("{a} x 1 x 1"), a, stated, exact, &ellipsoid([a, 1.0, 1.0], n))?);
+        rows.push(row(format!("{a} x 1 x 1"), a, stated, exact, &ellipsoid(a, 1.0, faces))?);
         if a > 1.0 {
-            rows.push(row(format!("{a} x {a} x 1"), a, stated, exact, &ellipsoid([a, a, 1.0], n))?);
+            rows.push(row(format!("{a} x {a} x 1"), a, stated, exact, &ellipsoid(1.0, a, faces))?);
         }
     }
     Ok(rows)
@@ -111,7 +111,7 @@ pub fn polyhedra(faces: usize) -> Result<Vec<Row>> {
         rows.push(row(name.into(), k as f64, "over 1, falling", exact, &finer(&shape, n))?);
     }
     let n = (faces as f64 / 20.0).sqrt().round() as usize;
-    rows.push(row("sphere".into(), 5.0, "pi/2 = 1.571", Some(PI / 2.0), &ellipsoid([1.0; 3], n))?);
+    rows.push(row("sphere".into(), 5.0, "pi/2 = 1.571", Some(PI / 2.0), &sphere(n))?);
     Ok(rows)
 }
 

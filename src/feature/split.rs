@@ -4,7 +4,7 @@
 //! only. Its width tells it apart.
 
 use super::widths::Place;
-use crate::mesh::measure::{area, corners};
+use crate::mesh::measure::{area, corners, distance};
 use crate::mesh::{NONE, Topology};
 use std::collections::BTreeMap;
 
@@ -14,6 +14,8 @@ const SMOOTH: f64 = 0.6;
 const THIN: f64 = 0.4;
 /// Share of its area whose other side must belong to it, too.
 const OWN: f64 = 0.6;
+/// What it parted are features of their own if the smaller is at least this share of the larger.
+const PART: f64 = 0.1;
 /// It is so many times as large as its thickness squared, at least.
 const LARGE: f64 = 8.0;
 
@@ -33,9 +35,9 @@ pub fn at_jumps(
         *s = (s.0 + p.area * p.width, s.1 + p.area);
     }
     let width: Vec<f64> = sums.iter().map(|s| if s.1 > 0.0 { s.0 / s.1 } else { f64::NAN }).collect();
-    // --- pieces over which it does not jump; faces without places go with any neighbour
+    // --- pieces over which it does not jump
     let mut root: Vec<u32> = (0..triangles.len() as u32).collect();
-    let mut late: Vec<[u32; 2]> = Vec::new();
+    let mut unmeasured: Vec<(f64, [u32; 2])> = Vec::new();
     for e in 0..topology.edge_count() as u32 {
         let [h, g] = *topology.halfedges(e) else { continue };
         let (f, g) = (h / 3, g / 3);
@@ -44,22 +46,83 @@ pub fn at_jumps(
         }
         let (a, b) = (width[f as usize], width[g as usize]);
         if a.is_nan() || b.is_nan() {
-            late.push([f, g]);
+            unmeasured.push((common_edge(positions, triangles[f as usize], triangles[g as usize]), [f, g]));
         } else if a.min(b) >= SMOOTH * a.max(b) {
             join(&mut root, f, g);
         }
     }
+    // --- faces without places go where they have most of their border: slivers beside a wall do not hang on its foot
+    unmeasured.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut known: Vec<bool> = width.iter().map(|w| w.is_finite()).collect();
-    for _ in 0..8 {
-        for &[f, g] in &late {
-            if known[f as usize] != known[g as usize] {
-                join(&mut root, f, g);
-                (known[f as usize], known[g as usize]) = (true, true);
-            }
+    for (_, [f, g]) in unmeasured {
+        let (a, b) = (find(&mut root, f), find(&mut root, g));
+        if !(known[a as usize] && known[b as usize]) {
+            let either = known[a as usize] || known[b as usize];
+            join(&mut root, a, b);
+            known[find(&mut root, a) as usize] = either;
         }
     }
     let piece: Vec<u32> = (0..triangles.len() as u32).map(|f| find(&mut root, f)).collect();
-    split_off(positions, triangles, label, &piece, places)
+    let split = split_off(positions, triangles, label, &piece, places);
+    parted(positions, triangles, topology, label, split)
+}
+
+/// Connected faces of one label, named by one of them.
+fn connected(faces: usize, topology: &Topology, label: &[u32]) -> Vec<u32> {
+    let mut root: Vec<u32> = (0..faces as u32).collect();
+    for e in 0..topology.edge_count() as u32 {
+        let sides = topology.halfedges(e);
+        for pair in sides.windows(2) {
+            let [f, g] = [pair[0] / 3, pair[1] / 3];
+            if label[f as usize] == label[g as usize] {
+                join(&mut root, f, g);
+            }
+        }
+    }
+    (0..faces as u32).map(|f| find(&mut root, f)).collect()
+}
+
+/// Two blocks that hung together through a wall are two features once it is split off. What lay apart before stays one.
+fn parted(
+    positions: &[[f64; 3]],
+    triangles: &[[u32; 3]],
+    topology: &Topology,
+    before: &[u32],
+    mut after: Vec<u32>,
+) -> Vec<u32> {
+    if before == after {
+        return after;
+    }
+    let [was, is] = [before, &after].map(|label| connected(triangles.len(), topology, label));
+    let mut sizes: BTreeMap<u32, f64> = BTreeMap::new();
+    for (f, &t) in triangles.iter().enumerate() {
+        *sizes.entry(is[f]).or_insert(0.0) += area(corners(positions, t));
+    }
+    // --- the largest of what was connected keeps the label
+    let mut largest: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    for (&k, size) in &sizes {
+        let most = largest.entry((was[k as usize], after[k as usize])).or_insert(k);
+        if *size > sizes[most] {
+            *most = k;
+        }
+    }
+    let mut next = after.iter().map(|l| l + 1).max().unwrap_or(0);
+    let mut new: BTreeMap<u32, u32> = BTreeMap::new();
+    for (&k, size) in &sizes {
+        let most = largest[&(was[k as usize], after[k as usize])];
+        if most != k && *size >= PART * sizes[&most] {
+            new.insert(k, next);
+            next += 1;
+        }
+    }
+    after.iter_mut().zip(&is).for_each(|(l, k)| *l = new.get(k).copied().unwrap_or(*l));
+    after
+}
+
+/// Length of the edge that two faces have in common.
+fn common_edge(positions: &[[f64; 3]], f: [u32; 3], g: [u32; 3]) -> f64 {
+    let mut common = f.into_iter().filter(|v| g.contains(v)).map(|v| positions[v as usize]);
+    common.next().zip(common.next()).map_or(0.0, |(a, b)| distance(a, b))
 }
 
 /// A piece of a feature.

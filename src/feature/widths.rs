@@ -3,17 +3,15 @@
 use crate::error::{Result, try_vec};
 use crate::job::Job;
 use crate::mesh::measure::{Vec3, add, area, corners, norm, scale, sub};
-use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
+use crate::segment::spots::Spots;
 use crate::thickness::bvh::RayMesh;
 use crate::thickness::chords::first_met;
 use crate::thickness::wall::WallMesh;
 
-/// Places where the width is measured: at least in each part, and for the whole.
-const PLACES: (usize, usize) = (60, 6000);
-/// Vertices of the surface that the places are chosen on.
-const VERTICES: usize = 25_000;
-/// The most places of one face.
-const MOST: usize = 4096;
+/// Places where the width is measured: at least in each part, ...
+const LEAST: f64 = 60.0;
+/// ... and for the whole, so many a face, within these.
+const PLACES: (f64, f64, f64) = (20.0, 1500.0, 6000.0);
 
 /// A place where the width was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +31,7 @@ pub struct Place {
 }
 
 /// The width of the solid at places spread over the parts that `label` gives to its faces, in the order of the faces:
-/// evenly over each part, [`PLACES`].0 in the smallest.
+/// evenly over each part, [`LEAST`] in the smallest.
 ///
 /// # Errors
 /// Those of [`WallMesh::new`] and [`WallMesh::point_widths`].
@@ -45,37 +43,22 @@ pub fn places(
     label: &[u32],
     job: &Job,
 ) -> Result<Vec<Place>> {
-    let wanted = SurfaceOptions { target_vertices: VERTICES, ..SurfaceOptions::default() };
-    let surface = AnalysisSurface::refine(positions, triangles, &wanted, job)?;
     let parts = label.iter().map(|l| *l as usize + 1).max().unwrap_or(0);
     let mut part_area = vec![0.0; parts];
     for (f, &t) in triangles.iter().enumerate() {
         part_area[label[f] as usize] += area(corners(positions, t));
     }
     let total: f64 = part_area.iter().sum();
-    let every: Vec<f64> = part_area
-        .iter()
-        .map(|a| a / (PLACES.0 as f64 + (PLACES.1 as f64 * a / total.max(f64::MIN_POSITIVE)).floor()))
-        .collect();
+    let whole = (PLACES.0 * triangles.len() as f64).clamp(PLACES.1, PLACES.2);
+    let every = |a: &f64| a / (LEAST + (whole * a / total.max(f64::MIN_POSITIVE)).floor());
+    let every: Vec<f64> = part_area.iter().map(every).collect();
     // --- walk over the faces, and put a place whenever so much area was passed
     let mut passed: Vec<f64> = every.iter().map(|e| 0.5 * e).collect();
-    let (mut points, mut faces) = (try_vec::<Vec3>(PLACES.1, "places")?, try_vec::<u32>(PLACES.1, "places")?);
-    let mut weights: Vec<f64> = try_vec(PLACES.1, "places")?;
-    for (f, &l) in label.iter().enumerate() {
-        let (every, passed) = (every[l as usize], &mut passed[l as usize]);
-        for child in surface.children(f).take(MOST) {
-            let [a, b, c] = corners(&surface.positions, surface.triangles[child]);
-            *passed += area([a, b, c]);
-            if every > 0.0 && *passed >= every {
-                let times = (*passed / every).floor();
-                *passed -= times * every;
-                points.push(scale(add(add(a, b), c), 1.0 / 3.0));
-                faces.push(f as u32);
-                weights.push(times * every);
-            }
-        }
+    let mut spots = Spots::default();
+    for (f, (&l, &t)) in label.iter().zip(triangles).enumerate() {
+        spots.put(f as u32, corners(positions, t), every[l as usize], &mut passed[l as usize]);
     }
-    drop(surface);
+    let Spots { points, faces, areas } = spots;
     // --- spheres, and the walls across
     let found = walls.point_widths(&points, &faces, job)?;
     let ways: Vec<Vec3> = found.centre.iter().zip(&points).map(|(c, p)| sub(*c, *p)).collect();
@@ -84,14 +67,8 @@ pub fn places(
     for i in 0..points.len() {
         let way = norm(ways[i]).max(f64::MIN_POSITIVE);
         let across = add(found.centre[i], scale(ways[i], met[i].distance / way));
-        let place = Place {
-            at: points[i],
-            face: faces[i],
-            area: weights[i],
-            width: found.width[i],
-            across,
-            facing: met[i].face,
-        };
+        let place =
+            Place { at: points[i], face: faces[i], area: areas[i], width: found.width[i], across, facing: met[i].face };
         out.push(place);
     }
     Ok(out)

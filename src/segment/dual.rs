@@ -4,12 +4,16 @@
 use crate::error::{Result, try_filled, try_vec};
 use crate::mesh::Topology;
 use crate::mesh::measure::{Vec3, add, area_vector, corners, cross, distance, dot, norm, scale, sub};
+use rayon::prelude::*;
 
 /// An edge with more faces than this joins only those that follow each other in its list, not all pairs.
 const MANY_FACES: usize = 6;
 /// A triangle lower than this share of the bounding box's diagonal has a normal that rounding made (single precision
 /// files): it takes that of the neighbour across its longest side.
 const SLIVER: f64 = 2e-6;
+
+/// Edges of which steps are made at a time.
+const BLOCK: u32 = 1 << 18;
 
 /// The sides of an edge that side `i` of `n` is joined with.
 fn partners(i: usize, n: usize) -> std::ops::Range<usize> {
@@ -66,7 +70,7 @@ impl Dual {
     pub fn new(positions: &[Vec3], triangles: &[[u32; 3]], topology: &Topology) -> Result<Dual> {
         let m = triangles.len();
         let mut dual = Dual {
-            steps: try_vec(3 * m / 2 + 8, "steps of the dual graph")?,
+            steps: Vec::new(),
             around: Vec::new(),
             first: Vec::new(),
             centroid: try_vec(m, "centroids")?,
@@ -82,14 +86,19 @@ impl Dual {
             dual.area.push(0.5 * double);
         }
         dual.mend_normals(positions, triangles, topology);
-        for e in 0..topology.edge_count() as u32 {
+        let mut all: Vec<Step> = try_vec(3 * m / 2 + 8, "steps of the dual graph")?;
+        let of_edge = |e: u32| {
             let sides = topology.halfedges(e);
-            for i in 0..sides.len() {
-                for j in partners(i, sides.len()) {
-                    dual.steps.push(dual.step(positions, triangles, [sides[i], sides[j]]));
-                }
-            }
+            let pairs = (0..sides.len()).flat_map(move |i| partners(i, sides.len()).map(move |j| [sides[i], sides[j]]));
+            pairs.map(|pair| dual.step(positions, triangles, pair))
+        };
+        // order is kept; the blocks come out in turn and no two copies of all are held
+        for block in (0..topology.edge_count() as u32).step_by(BLOCK as usize) {
+            let edges = block..topology.edge_count().min((block + BLOCK) as usize) as u32;
+            let steps: Vec<Step> = edges.into_par_iter().with_min_len(1024).flat_map_iter(of_edge).collect();
+            all.extend(steps);
         }
+        dual.steps = all;
         dual.link(m)?;
         Ok(dual)
     }

@@ -1,12 +1,14 @@
 //! What a segment measures: length and width, how they are spread, where they are, and what it borders on.
 
-use super::SegmentOptions;
 use super::reach::reach;
 use super::ring::{handles, is_ring};
+use super::spots::Spots;
 use crate::error::{Error, Result, try_vec};
 use crate::geodesic::{HeatOptions, HeatSolver};
 use crate::job::{Job, Stage};
 use crate::mesh::measure::{Vec3, add, area, bounding_box, corners, distance, scale, sub};
+use crate::mesh::proxy::Proxy;
+use crate::mesh::simplify::SimplifyOptions;
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use crate::mesh::{NONE, TriMesh};
 use crate::thickness::bvh::RayMesh;
@@ -23,6 +25,11 @@ const ENOUGH: usize = 100;
 const EVEN: f64 = 0.01;
 /// Vertices that the surface of a segment is refined to: at least, and for the whole part.
 const VERTICES: (usize, usize) = (1500, 8000);
+/// A segment with more than this many faces by such a vertex is simplified before, to this many, ...
+const FINE: usize = 8;
+const COARSE: usize = 4;
+/// ... as far as no vertex leaves the surface by more than this share of the segment's size.
+const FLAT: f64 = 2e-4;
 
 /// A part of a part. Lengths in model units; NaN where there is no value.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,16 +109,16 @@ impl Segment {
 pub fn measure(
     mesh: &TriMesh,
     triangles: &[[u32; 3]],
-    rays: Option<&RayMesh>,
+    rays: Option<RayMesh>,
     label: &[u32],
-    options: &SegmentOptions,
     job: &Job,
 ) -> Result<Vec<Segment>> {
     let members = members(label)?;
     let mut out: Vec<Segment> = members.par_iter().map(|faces| shape(mesh.positions(), triangles, faces)).collect();
     borders(mesh, label, &mut out)?;
     let Some(rays) = rays else { return Ok(out) };
-    widths(mesh, triangles, rays, (&members, label), &mut out, options, job)?;
+    widths(mesh, triangles, &rays, (&members, label), &mut out, job)?;
+    drop(rays);
     let total: f64 = out.iter().map(|s| s.area).sum();
     job.begin(Stage::Geodesic, 0.7, 1.0, 100 * out.len() as u64)?;
     out.par_iter_mut().zip(&members).try_for_each(|(segment, faces)| {
@@ -211,34 +218,23 @@ fn widths(
     rays: &RayMesh,
     (members, label): (&[Vec<u32>], &[u32]),
     out: &mut [Segment],
-    options: &SegmentOptions,
     job: &Job,
 ) -> Result<()> {
-    let wanted = SurfaceOptions { target_vertices: options.surface_vertices, ..SurfaceOptions::default() };
-    let surface = AnalysisSurface::refine(mesh.positions(), triangles, &wanted, job)?;
     let total: f64 = out.iter().map(|s| s.area).sum();
     // --- places spread evenly over each segment
     let mut first = try_vec(members.len() + 1, "widths of segments")?;
-    let (mut points, mut parents, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+    let mut spots = Spots::default();
     for (segment, faces) in out.iter().zip(members) {
-        first.push(points.len());
+        first.push(spots.points.len());
         let wanted = PLACES.0 + (PLACES.1 as f64 * segment.area / total.max(f64::MIN_POSITIVE)) as usize;
         let every = segment.area / wanted as f64;
         let mut passed = 0.5 * every;
-        for child in faces.iter().flat_map(|&f| surface.children(f as usize)) {
-            let [a, b, c] = corners(&surface.positions, surface.triangles[child]);
-            passed += area([a, b, c]);
-            if passed >= every && every > 0.0 {
-                let times = (passed / every).floor();
-                passed -= times * every;
-                points.push(scale(add(add(a, b), c), 1.0 / 3.0));
-                parents.push(surface.parent_face[child]);
-                weights.push(times * every);
-            }
+        for &f in faces {
+            spots.put(f, corners(mesh.positions(), triangles[f as usize]), every, &mut passed);
         }
     }
+    let Spots { points, faces: parents, areas } = spots;
     first.push(points.len());
-    drop(surface);
     // --- a few of them first: where all walls are equally wide, those will do
     job.begin(Stage::Thickness, 0.5, 0.7, 2 * points.len() as u64)?;
     let walls = WallMesh::new(mesh.positions(), triangles, job)?;
@@ -251,7 +247,7 @@ fn widths(
         let met = first_met(rays, &found.centre, &ways, None, job)?;
         let sample = |(k, &i): (usize, &usize)| {
             let own = label.get(met[k].face as usize) == label.get(parents[i] as usize);
-            Sample { width: found.width[k], area: weights[i], at: i as u32, own }
+            Sample { width: found.width[k], area: areas[i], at: i as u32, own }
         };
         Ok(of.iter().enumerate().map(sample).collect())
     };
@@ -321,9 +317,15 @@ fn lengths(
     total_area: f64,
     job: &Job,
 ) -> Result<()> {
-    let (own_positions, own) = extract(positions, triangles, faces)?;
+    let (mut own_positions, mut own) = extract(positions, triangles, faces)?;
     let share = segment.area / total_area.max(f64::MIN_POSITIVE);
     let target = VERTICES.0 + (VERTICES.1 as f64 * share) as usize;
+    if own.len() > FINE * target {
+        let size = distance(segment.bounds[0], segment.bounds[1]);
+        let wanted = SimplifyOptions { target_faces: COARSE * target, max_error: FLAT * size };
+        let proxy = Proxy::new(&own_positions, &own, &wanted, job)?;
+        (own_positions, own) = (proxy.positions, proxy.triangles);
+    }
     let wanted = SurfaceOptions { target_vertices: target, edge_length: None, max_added: 4 * target };
     let surface = AnalysisSurface::refine(&own_positions, &own, &wanted, job)?;
     let solver = HeatSolver::new(&surface.intrinsic(job)?, HeatOptions::default(), job)?;

@@ -21,6 +21,7 @@ pub mod patches;
 mod reach;
 pub mod ring;
 pub mod spectral;
+pub mod spots;
 pub mod vsi;
 
 #[cfg(test)]
@@ -120,6 +121,11 @@ pub struct Segmentation {
 /// Segments narrower than this share of a patch's diameter are joined with a neighbour.
 const MIN_WIDTH: f64 = 0.1;
 
+/// A part of fewer faces than this has few places where it could be cut: its surface is refined in proportion, ...
+const ENOUGH: f64 = 1000.0;
+/// ... but not below this share.
+const LEAST: f64 = 0.4;
+
 /// Partitions `mesh` and measures its segments. Call it inside [`Job::run`].
 ///
 /// # Errors
@@ -134,8 +140,8 @@ pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Se
     let rays = RayMesh::new(mesh.positions(), &triangles, job)?;
     let label = find(mesh, &triangles, &rays, options, job)?;
     let face_segment = finished(mesh, &triangles, mesh.topology()?, label, options)?;
-    let rays = options.measure.then_some(&rays);
-    let segments = measure::measure(mesh, &triangles, rays, &face_segment, options, job)?;
+    let rays = options.measure.then_some(rays);
+    let segments = measure::measure(mesh, &triangles, rays, &face_segment, job)?;
     Ok(Segmentation { face_segment, segments })
 }
 
@@ -143,10 +149,12 @@ pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Se
 type Labels = Vec<u32>;
 
 fn find(mesh: &TriMesh, triangles: &[[u32; 3]], rays: &RayMesh, options: &SegmentOptions, job: &Job) -> Result<Labels> {
+    let share = (triangles.len() as f64 / ENOUGH).clamp(LEAST, 1.0);
     let surface = match options.method {
         Method::Paper => AnalysisSurface::unrefined(mesh.positions(), triangles)?,
         _ => {
-            let wanted = SurfaceOptions { target_vertices: options.surface_vertices, ..SurfaceOptions::default() };
+            let target_vertices = (share * options.surface_vertices as f64) as usize;
+            let wanted = SurfaceOptions { target_vertices, ..SurfaceOptions::default() };
             AnalysisSurface::refine(mesh.positions(), triangles, &wanted, job)?
         }
     };
@@ -164,7 +172,7 @@ fn find(mesh: &TriMesh, triangles: &[[u32; 3]], rays: &RayMesh, options: &Segmen
     creases::gather(&mut dual, &walker, (total / options.patches as f64).sqrt(), job)?;
     drop(topology);
     job.advance(1)?;
-    let patches = Patches::new(&dual, options.patches, &rank, job)?;
+    let patches = Patches::new(&dual, (share * options.patches as f64) as usize, &rank, job)?;
     job.advance(1)?;
     let scene = Scene { dual: &dual, parent: &surface.parent_face, rays };
     let label = match options.method {

@@ -10,11 +10,13 @@ use super::vsi::Images;
 use super::{Criterion, SegmentOptions};
 use crate::error::{Error, Result, try_vec};
 use crate::job::Job;
-use crate::mesh::measure::{Vec3, add, distance, dot, scale};
+use crate::mesh::NONE;
+use crate::mesh::measure::{Vec3, add, distance, dot, norm, scale};
 use crate::mesh::surface::AnalysisSurface;
 use crate::thickness::bvh::RayMesh;
 use crate::thickness::chords::{first_met, widths_at};
 use crate::thickness::cone::{self, Cone};
+use hashbrown::HashMap;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -153,22 +155,71 @@ fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: 
     let parents: Vec<u32> = patches.seed.iter().map(|&f| scene.parent[f as usize]).collect();
     let width = widths_at(scene.rays, &points, &parents, &Cone::new(cone::RAYS, cone::ANGLE)?, job)?;
     let met = first_met(scene.rays, &points, &ways, Some(&parents), job)?;
+    let children = Children::new(surface, &dual.centroid, met.iter().map(|m| m.face))?;
     let opposite = |p: usize| -> Option<Tie> {
         // also false for a NaN; a longer way runs along the wall, not across it
         if !(met[p].distance <= ACROSS * width[p]) {
             return None;
         }
         let hit = add(points[p], scale(ways[p], met[p].distance));
-        let children = surface.children(met[p].face as usize);
-        let gap = |f: &usize| distance(dual.centroid[*f], hit);
-        let g = children.min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
-        let q = patches.of_face[g];
+        let g = children.nearest(met[p].face, hit)?;
+        let q = patches.of_face[g as usize];
         // from the far side too: below a pin the ray runs across the plate and along the pin
-        let facing = dot(dual.normal[g], ways[p]) > OPPOSED && met[p].distance <= ACROSS * width[q as usize];
+        let facing = dot(dual.normal[g as usize], ways[p]) > OPPOSED && met[p].distance <= ACROSS * width[q as usize];
         (facing && q != p as u32)
             .then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
     };
     Ok((0..points.len()).into_par_iter().filter_map(opposite).collect())
+}
+
+/// The faces that some input faces were cut into, sorted along a direction to be searched.
+struct Children<'a> {
+    centroid: &'a [Vec3],
+    /// By input face.
+    sorted: HashMap<u32, Vec<(f64, u32)>>,
+}
+
+/// Lines along which children are sorted: hardly a face lies square to it.
+const ALONG: Vec3 = [0.537_721, 0.833_907, 0.124_889];
+
+impl Children<'_> {
+    fn new<'a>(
+        surface: &AnalysisSurface,
+        centroid: &'a [Vec3],
+        wanted: impl Iterator<Item = u32>,
+    ) -> Result<Children<'a>> {
+        let mut faces: Vec<u32> = wanted.filter(|&f| f != NONE).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        let sort = |&f: &u32| {
+            let mut all: Vec<(f64, u32)> = try_vec(surface.children(f as usize).len(), "children")?;
+            all.extend(surface.children(f as usize).map(|c| (dot(centroid[c], ALONG) / norm(ALONG), c as u32)));
+            all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            Ok((f, all))
+        };
+        let sorted: Vec<(u32, Vec<(f64, u32)>)> = faces.par_iter().map(sort).collect::<Result<_>>()?;
+        Ok(Children { centroid, sorted: sorted.into_iter().collect() })
+    }
+
+    /// The child of `face` whose centroid is nearest to `p`, the lowest of equals.
+    fn nearest(&self, face: u32, p: Vec3) -> Option<u32> {
+        let all = self.sorted.get(&face)?;
+        let at = dot(p, ALONG) / norm(ALONG);
+        let middle = all.partition_point(|c| c.0 < at);
+        let mut best = (f64::INFINITY, NONE);
+        let mut look = |c: &(f64, u32)| {
+            // farther along the line than the best is away: so are all beyond
+            let go_on = (c.0 - at).abs() <= best.0 * (1.0 + 1e-9);
+            let gap = distance(self.centroid[c.1 as usize], p);
+            if gap < best.0 || (gap == best.0 && c.1 < best.1) {
+                best = (gap, c.1);
+            }
+            go_on
+        };
+        let _ = all[middle..].iter().all(&mut look);
+        let _ = all[..middle].iter().rev().all(&mut look);
+        (best.1 != NONE).then_some(best.1)
+    }
 }
 
 /// --- the paper's method on every face (Eqs. 14-23).
@@ -207,8 +258,7 @@ pub fn by_landmarks(scene: &Scene<'_>, patches: &Patches, options: &SegmentOptio
     let weights = step_weights(&term(&|b| b.geodesic), &angular, &volumetric, &options.shares);
     let edges: Vec<([u32; 2], f64)> = patches.borders.iter().zip(weights).map(|(b, w)| (b.patches, w)).collect();
     let graph = Graph::new(patches.seed.len(), &edges)?;
-    // Seeds were put where the surface was farthest from those before: the first are spread over all of it.
-    let landmarks: Vec<u32> = (0..patches.seed.len().min(LANDMARKS) as u32).collect();
+    let landmarks = patches.spread(LANDMARKS)?;
     let embedding = embed_sampled(&graph, landmarks, &patches.area, wanted(options, patches.seed.len()), job)?;
     let pulls: Vec<([u32; 2], f64)> = patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
     let label = choose(&embedding, &pulls, options, job)?;

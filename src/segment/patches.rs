@@ -1,22 +1,29 @@
 //! A coarse face graph: the surface in some thousand patches, none across a concave crease.
 //!
-//! Seeds are put where the surface is farthest from the seeds so far, by a distance in which turning into a concave
-//! edge is as far as walking; a face belongs to the nearest seed. So a patch ends at a crease, a small pin on a large plate gets
-//! patches of its own, and the number of patches does not depend on the number of faces.
+//! Seeds keep a distance from each other, by a measure in which turning into a concave edge is as far as walking; a face
+//! belongs to the nearest seed. So a patch ends at a crease, a small pin on a large plate gets patches of its own, and
+//! the number of patches does not depend on the number of faces. Each seed looks around no farther than to where the
+//! next may be: time in proportion to the faces.
 
-use super::affinity::Near;
+use super::affinity::{Graph, Near};
 use super::dual::{Dual, Step};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
+use crate::mesh::measure::distance;
+use rayon::prelude::*;
 use std::collections::BinaryHeap;
 
 /// How far apart one radian of concave turning puts two faces, in patch diameters.
 const TURN: f64 = 3.0;
 /// Turn of a sharp edge, radians.
 const SHARP: f64 = 0.4;
-/// Covering radius at which seeding stops, in patch diameters.
-const RADIUS: f64 = 0.75;
+/// A face farther than this from all seeds becomes one, in patch diameters.
+const RADIUS: f64 = 1.0;
+/// On a surface that is all creases seeds keep twice that distance, and twice again, so many times ...
+const COARSER: i32 = 6;
+/// ... until there are no more of them than so many times the number wanted. Separate shells have one each in any case.
+const MOST: usize = 4;
 
 /// The surface in patches.
 #[derive(Debug)]
@@ -103,28 +110,18 @@ impl Patches {
         let diameter = (total / target.max(1) as f64).sqrt();
         let unknown = Place { distance: f64::INFINITY, seed: NONE, walked: 0.0, turned: Turned::default() };
         let mut place = try_filled(dual.face_count(), unknown, "patches")?;
+        let order = from_outside(dual, rank)?;
         let mut seed: Vec<u32> = Vec::new();
-        // the farthest face comes out first, the first by rank of equals; entries may be out of date
-        let mut far: BinaryHeap<(Far, u32)> = BinaryHeap::new();
-        far.extend((0..dual.face_count() as u32).map(|f| (Far(f64::INFINITY, rank[f as usize]), f)));
-        let mut heap = BinaryHeap::new();
-        while let Some((Far(d, r), f)) = far.pop() {
-            let now = place[f as usize].distance;
-            if now < d {
-                if now > RADIUS {
-                    far.push((Far(now, r), f));
-                }
-                continue;
-            }
-            if d <= RADIUS || (seed.len() >= 4 * target && d.is_finite()) {
+        for coarser in 0..=COARSER {
+            let metric = Metric { diameter, reach: RADIUS * 2f64.powi(coarser) };
+            let most = if coarser < COARSER { MOST * target } else { usize::MAX };
+            if put_seeds(dual, &metric, &order, most, &mut place, &mut seed, job)? {
                 break;
             }
-            if seed.len() % 256 == 0 {
-                job.check()?;
-            }
-            grow(dual, diameter, f, seed.len() as u32, &mut place, &mut heap);
-            seed.push(f);
+            place.fill(unknown);
+            seed.clear();
         }
+        drop(order);
         let mut out = Patches {
             of_face: try_vec(place.len(), "patches")?,
             seed,
@@ -136,6 +133,36 @@ impl Patches {
         out.area = try_filled(out.seed.len(), 0.0, "patches")?;
         out.of_face.iter().zip(&dual.area).for_each(|(&p, a)| out.area[p as usize] += a);
         out.find_borders(dual, &place)?;
+        Ok(out)
+    }
+
+    /// `count` patches that are far from each other, or all.
+    pub fn spread(&self, count: usize) -> Result<Vec<u32>> {
+        let way = |b: &Border| b.geodesic / self.diameter.max(f64::MIN_POSITIVE) + TURN * b.concave;
+        let ways: Vec<([u32; 2], f64)> = self.borders.iter().map(|b| (b.patches, way(b))).collect();
+        let graph = Graph::new(self.seed.len(), &ways)?;
+        let mut gap = try_filled(self.seed.len(), f64::INFINITY, "landmarks")?;
+        let (mut out, mut heap) = (try_vec(count.min(gap.len()), "landmarks")?, BinaryHeap::new());
+        while out.len() < count.min(self.seed.len()) {
+            let farther = |m: usize, p: usize| if gap[p] > gap[m] { p } else { m };
+            let next = (1..gap.len()).fold(0, farther) as u32;
+            out.push(next);
+            gap[next as usize] = 0.0;
+            heap.push(Near(0.0, next));
+            while let Some(Near(d, p)) = heap.pop() {
+                if d > gap[p as usize] {
+                    continue;
+                }
+                for &(q, w) in graph.around(p) {
+                    if d + w < gap[q as usize] {
+                        gap[q as usize] = d + w;
+                        heap.push(Near(d + w, q));
+                    }
+                }
+            }
+            // never again
+            gap[next as usize] = -1.0;
+        }
         Ok(out)
     }
 
@@ -168,8 +195,57 @@ impl Patches {
     }
 }
 
+/// Faces by their distance from the middle of the surface, the farthest first: an order that turning the part does not
+/// change, but for equals.
+fn from_outside(dual: &Dual, rank: &[u32]) -> Result<Vec<u32>> {
+    let total: f64 = dual.area.iter().sum();
+    let mut middle = [0.0; 3];
+    for (c, a) in dual.centroid.iter().zip(&dual.area) {
+        (0..3).for_each(|k| middle[k] += c[k] * a / total.max(f64::MIN_POSITIVE));
+    }
+    let mut order: Vec<(f64, u32)> = try_vec(dual.face_count(), "patches")?;
+    order.extend(dual.centroid.iter().zip(0..).map(|(&c, f)| (distance(c, middle), f)));
+    order.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(rank[a.1 as usize].cmp(&rank[b.1 as usize])));
+    Ok(order.into_iter().map(|o| o.1).collect())
+}
+
+/// How far it is from face to face.
+struct Metric {
+    /// A patch's, model units: the unit of distance.
+    diameter: f64,
+    /// Seeds look so far around them.
+    reach: f64,
+}
+
+/// Makes seeds of the faces that none before has reached, in `order`; false if there would be more than `most`.
+fn put_seeds(
+    dual: &Dual,
+    metric: &Metric,
+    order: &[u32],
+    most: usize,
+    place: &mut [Place],
+    seed: &mut Vec<u32>,
+    job: &Job,
+) -> Result<bool> {
+    let mut heap = BinaryHeap::new();
+    for &f in order {
+        if place[f as usize].seed != NONE {
+            continue;
+        }
+        if seed.len() >= most {
+            return Ok(false);
+        }
+        if seed.len() % 256 == 0 {
+            job.check()?;
+        }
+        grow(dual, metric, f, seed.len() as u32, place, &mut heap);
+        seed.push(f);
+    }
+    Ok(true)
+}
+
 /// Takes for a new seed the faces that are nearer to it than to any before.
-fn grow(dual: &Dual, diameter: f64, f: u32, seed: u32, place: &mut [Place], heap: &mut BinaryHeap<Near>) {
+fn grow(dual: &Dual, metric: &Metric, f: u32, seed: u32, place: &mut [Place], heap: &mut BinaryHeap<Near>) {
     place[f as usize] = Place { distance: 0.0, seed, walked: 0.0, turned: Turned::default() };
     heap.push(Near(0.0, f));
     while let Some(Near(d, f)) = heap.pop() {
@@ -179,9 +255,9 @@ fn grow(dual: &Dual, diameter: f64, f: u32, seed: u32, place: &mut [Place], heap
         }
         for &(g, s) in dual.around(f) {
             let step = &dual.steps[s as usize];
-            let d = d + step.geodesic / diameter + TURN * step.turn.max(0.0);
+            let d = d + step.geodesic / metric.diameter + TURN * step.turn.max(0.0);
             let there = &mut place[g as usize];
-            if d < there.distance {
+            if d <= metric.reach && d < there.distance {
                 *there = Place {
                     distance: d,
                     seed,
@@ -191,23 +267,5 @@ fn grow(dual: &Dual, diameter: f64, f: u32, seed: u32, place: &mut [Place], heap
                 heap.push(Near(d, g));
             }
         }
-    }
-}
-
-/// Larger distances are greater, of equals the one with the lower rank.
-#[derive(Clone, Copy, PartialEq)]
-struct Far(f64, u32);
-
-impl Eq for Far {}
-
-impl Ord for Far {
-    fn cmp(&self, other: &Far) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0).then(other.1.cmp(&self.1))
-    }
-}
-
-impl PartialOrd for Far {
-    fn partial_cmp(&self, other: &Far) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
     }
 }

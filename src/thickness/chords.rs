@@ -2,7 +2,8 @@
 //! reaches from a point inside along opposite directions; and the faces that such rays meet.
 
 use super::bvh::{RayMesh, SAME_SURFACE, dot};
-use super::cone::{Cone, frame, turned};
+use super::cone::Cone;
+use super::inscribed::width_at;
 use super::lanes::{Lanes, Work, with_best};
 use super::tree::Stack;
 use crate::error::{Result, try_filled};
@@ -93,19 +94,8 @@ impl Work for Widths<'_> {
                 continue;
             }
             let origin = self.mesh.to_unit(point);
-            let inward = [-normal[0], -normal[1], -normal[2]];
-            let xy = frame(self.mesh.corners(face), inward);
-            let mut best = f64::INFINITY;
-            for &d in self.cone.directions() {
-                let range = (SAME_SURFACE / d[2], best * d[2]);
-                let ray = (origin, turned(d, xy, inward));
-                if let Some(hit) = self.mesh.nearest_hit(lanes, &mut stack, ray, range, face) {
-                    best = best.min(hit.t / d[2]);
-                }
-            }
-            if best < f64::INFINITY {
-                *out = self.mesh.to_length(best);
-            }
+            let best = width_at(lanes, self.mesh, self.cone, (origin, face), f64::INFINITY, &mut stack);
+            *out = self.mesh.to_length(best);
         }
     }
 }

@@ -107,13 +107,25 @@ const GUESS: f64 = 1.05;
 fn face_width<L: Lanes>(lanes: L, mesh: &RayMesh, cone: &Cone, face: u32, limit: f64, stack: &mut Stack) -> f64 {
     let corners = mesh.corners(face);
     let centroid = std::array::from_fn(|a| (corners[0][a] + corners[1][a] + corners[2][a]) / 3.0);
+    width_at(lanes, mesh, cone, (centroid, face), limit, stack)
+}
+
+/// The same at a point of a face.
+#[inline(always)]
+pub(super) fn width_at<L: Lanes>(
+    lanes: L,
+    mesh: &RayMesh,
+    cone: &Cone,
+    (origin, face): ([f64; 3], u32),
+    limit: f64,
+    stack: &mut Stack,
+) -> f64 {
     let inward = mesh.normals[face as usize].map(|x| -x);
-    let xy = frame(corners, inward);
-    let mut best = f64::NAN;
-    let mut reach = limit;
+    let xy = frame(mesh.corners(face), inward);
+    let (mut best, mut reach) = (f64::NAN, limit);
     for &d in cone.directions() {
         // --- Eqs. 10-12: ray and triangle. A ray that ends outside the sphere found so far cannot make it smaller.
-        let ray = (centroid, turned(d, xy, inward));
+        let ray = (origin, turned(d, xy, inward));
         let range = (SAME_SURFACE / d[2], reach * d[2]);
         if let Some(hit) = mesh.nearest_hit(lanes, stack, ray, range, face) {
             // --- Eq. 13

@@ -60,8 +60,12 @@ pub(super) struct BlockHits {
 
 /// The inner loops, for one instruction set.
 pub(super) trait Lanes: Copy + Send + Sync {
+    /// A ray as the box test wants it.
+    type Slopes: Copy;
+    /// Prepares a ray for many box tests.
+    fn slopes(self, ray: &Ray) -> Self::Slopes;
     /// Children of `node` whose boxes the ray enters before `tmax`, as a bit mask, and where it enters each.
-    fn boxes(self, node: &Node, ray: &Ray, tmax: f32, enter: &mut [f32; 8]) -> u32;
+    fn boxes(self, node: &Node, slopes: &Self::Slopes, tmax: f32, enter: &mut [f32; 8]) -> u32;
     /// Watertight ray-triangle tests (Woop, Benthin, Wald 2013) in double precision.
     fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits;
     /// Squared distance of `p` to each child's box, and the children nearer than the squared distance `limit`.
@@ -86,6 +90,13 @@ fn max(a: f32, b: f32) -> f32 {
 }
 
 impl Lanes for Portable {
+    type Slopes = Ray;
+
+    #[inline(always)]
+    fn slopes(self, ray: &Ray) -> Ray {
+        *ray
+    }
+
     #[inline(always)]
     fn boxes(self, node: &Node, ray: &Ray, tmax: f32, enter: &mut [f32; 8]) -> u32 {
         let mut exit = [tmax; 8];
@@ -154,23 +165,44 @@ mod v3 {
         pulp::cast(*v)
     }
 
+    /// Reciprocal direction and origin over direction, in all lanes, and the planes that the ray meets first and last.
+    #[derive(Clone, Copy)]
+    pub(in crate::thickness) struct Slopes {
+        inv: [__m256; 3],
+        shift: [__m256; 3],
+        near: [usize; 3],
+        far: [usize; 3],
+    }
+
     impl Lanes for V3 {
+        type Slopes = Slopes;
+
         #[inline(always)]
-        fn boxes(self, node: &Node, ray: &Ray, tmax: f32, enter: &mut [f32; 8]) -> u32 {
+        fn slopes(self, ray: &Ray) -> Slopes {
+            let axis = |a: usize| {
+                let (inv, shift) = (ray.inv[a], ray.o32[a] * ray.inv[a]);
+                (pulp::cast([inv; 8]), pulp::cast([shift; 8]))
+            };
+            let [x, y, z] = [axis(0), axis(1), axis(2)];
+            Slopes { inv: [x.0, y.0, z.0], shift: [x.1, y.1, z.1], near: ray.near, far: ray.near.map(|a| (a + 3) % 6) }
+        }
+
+        #[inline(always)]
+        fn boxes(self, node: &Node, slopes: &Slopes, tmax: f32, enter: &mut [f32; 8]) -> u32 {
             let i = self.avx;
-            let mut near = i._mm256_setzero_ps();
-            let mut far = i._mm256_set1_ps(tmax);
-            let slack = i._mm256_set1_ps(FAR);
-            for a in 0..3 {
-                let inv = i._mm256_set1_ps(ray.inv[a]);
-                let shift = i._mm256_set1_ps(ray.o32[a] * ray.inv[a]);
-                let n = self.fma._mm256_fmsub_ps(ps(&node.bounds[ray.near[a]]), inv, shift);
-                let f = self.fma._mm256_fmsub_ps(ps(&node.bounds[(ray.near[a] + 3) % 6]), inv, shift);
-                near = i._mm256_max_ps(n, near);
-                far = i._mm256_min_ps(i._mm256_mul_ps(f, slack), far);
+            macro_rules! plane {
+                ($bound:expr, $a:expr) => {
+                    self.fma._mm256_fmsub_ps(ps(&node.bounds[$bound[$a] % 6]), slopes.inv[$a], slopes.shift[$a])
+                };
             }
-            *enter = pulp::cast(near);
-            i._mm256_movemask_ps(i._mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as u32
+            let (near, far) = (&slopes.near, &slopes.far);
+            let (x, y, z) = (plane!(near, 0), plane!(near, 1), plane!(near, 2));
+            let first = i._mm256_max_ps(i._mm256_max_ps(x, y), i._mm256_max_ps(z, i._mm256_setzero_ps()));
+            let (x, y, z) = (plane!(far, 0), plane!(far, 1), plane!(far, 2));
+            let last = i._mm256_mul_ps(i._mm256_min_ps(i._mm256_min_ps(x, y), z), i._mm256_set1_ps(FAR));
+            let last = i._mm256_min_ps(last, i._mm256_set1_ps(tmax));
+            *enter = pulp::cast(first);
+            i._mm256_movemask_ps(i._mm256_cmp_ps::<_CMP_LE_OQ>(first, last)) as u32
         }
 
         #[inline(always)]

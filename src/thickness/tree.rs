@@ -196,17 +196,33 @@ impl Tree {
         mut visit: impl FnMut(Hit) -> f64,
     ) {
         stack.clear();
+        let slopes = lanes.slopes(ray);
         let mut tmax32 = up(tmax);
         let mut enter = [0.0f32; 8];
         let mut at = 0u32;
         loop {
             if at & LEAF == 0 {
                 let Some(node) = self.nodes.get(at as usize) else { return };
-                let mut mask = lanes.boxes(node, ray, tmax32, &mut enter);
+                let mut mask = lanes.boxes(node, &slopes, tmax32, &mut enter);
+                // mostly one or two: straight on into the nearer
                 let base = stack.len();
+                if mask != 0 {
+                    let k = lowest(&mut mask);
+                    if mask == 0 {
+                        at = node.child[k];
+                        continue;
+                    }
+                    let j = lowest(&mut mask);
+                    let (near, far) = if enter[k] <= enter[j] { (k, j) } else { (j, k) };
+                    stack.push((enter[far], node.child[far]));
+                    if mask == 0 {
+                        at = node.child[near];
+                        continue;
+                    }
+                    stack.push((enter[near], node.child[near]));
+                }
                 while mask != 0 {
-                    let k = (mask.trailing_zeros() & 7) as usize;
-                    mask &= mask - 1;
+                    let k = lowest(&mut mask);
                     stack.push((enter[k], node.child[k]));
                 }
                 sort_new(stack, base);
@@ -289,6 +305,14 @@ impl Tree {
             };
         }
     }
+}
+
+/// Takes the lowest bit out of a mask of eight, which is not empty; its number.
+#[inline(always)]
+fn lowest(mask: &mut u32) -> usize {
+    let k = (mask.trailing_zeros() & 7) as usize;
+    *mask &= mask.wrapping_sub(1);
+    k
 }
 
 /// Sorts the entries from `base` on so that the nearest is popped first.

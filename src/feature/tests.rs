@@ -1,0 +1,306 @@
+use super::foot::Standing;
+use super::kind::{classify, oriented_box};
+use super::limits::{ProcessLimits, Severity};
+use super::measure::{Scene, plateau};
+use super::widths::Place;
+use super::*;
+use crate::job::CancelToken;
+use crate::mesh::measure::{add, area, cross, dot, scale, sub};
+use crate::mesh::{MeshOptions, MeshSource, NONE, Topology};
+use std::f64::consts::PI;
+
+type Faces = (Vec<Vec3>, Vec<[u32; 3]>);
+
+struct Source<'a>(&'a [Vec3], &'a [[u32; 3]]);
+
+impl MeshSource for Source<'_> {
+    fn vertex_count(&self) -> usize {
+        self.0.len()
+    }
+    fn position(&self, i: usize) -> [f64; 3] {
+        self.0[i]
+    }
+    fn face_count(&self) -> usize {
+        self.1.len()
+    }
+    fn triangle(&self, f: usize) -> [i64; 3] {
+        self.1[f].map(i64::from)
+    }
+}
+
+fn on_mesh<T: Send>(shape: &Faces, threads: usize, then: impl FnOnce(&TriMesh, &Job) -> Result<T> + Send) -> T {
+    let job = Job::new(threads, None, CancelToken::default());
+    let run = || then(&TriMesh::new(&Source(&shape.0, &shape.1), &MeshOptions::default(), &job)?, &job);
+    job.run(None, run).unwrap()
+}
+
+fn near(value: f64, truth: f64, share: f64) {
+    assert!((value / truth - 1.0).abs() <= share, "{value} is not {truth}");
+}
+
+/// A flat grid with lines at these x and y; two faces a cell, cells by rows.
+fn grid(x: &[f64], y: &[f64]) -> Faces {
+    let positions = y.iter().flat_map(|&y| x.iter().map(move |&x| [x, y, 0.0])).collect();
+    let n = x.len() as u32;
+    let cells = (0..y.len() as u32 - 1).flat_map(|j| (0..n - 1).map(move |i| j * n + i));
+    (positions, cells.flat_map(|a| [[a, a + 1, a + n + 1], [a, a + n + 1, a + n]]).collect())
+}
+
+/// A box from the origin to `size`, turned about the diagonal and moved.
+fn turned_box(size: Vec3) -> Faces {
+    let [x, y, z] = size;
+    let p = [0, 1, 2, 3, 4, 5, 6, 7].map(|k: u32| [x * (k & 1) as f64, y * (k >> 1 & 1) as f64, z * (k >> 2) as f64]);
+    let (s, c) = 0.7f64.sin_cos();
+    let d = 1.0 / 3.0f64.sqrt();
+    let axis = [d, d, d];
+    let turn = |p: Vec3| {
+        let along = scale(axis, (1.0 - c) * dot(axis, p));
+        add(add(add(scale(p, c), scale(cross(axis, p), s)), along), [5.0, -3.0, 2.0])
+    };
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    (p.map(turn).to_vec(), quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+}
+
+/// A profile of radii and heights, from the axis and back to it, turned around the axis in `n` steps.
+fn revolved(profile: &[[f64; 2]], n: u32) -> Faces {
+    let last = profile.len() - 1;
+    let mut positions = vec![[0.0, 0.0, profile[0][1]]];
+    for [r, z] in &profile[1..last] {
+        positions
+            .extend((0..n).map(|j| 2.0 * PI * f64::from(j) / f64::from(n)).map(|a| [r * a.cos(), r * a.sin(), *z]));
+    }
+    positions.push([0.0, 0.0, profile[last][1]]);
+    let (at, top) = (|i: usize, j: u32| 1 + (i as u32 - 1) * n + j % n, positions.len() as u32 - 1);
+    let mut triangles = Vec::new();
+    for j in 0..n {
+        triangles.push([0, at(1, j + 1), at(1, j)]);
+        for i in 1..last - 1 {
+            let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        triangles.push([at(last - 1, j), at(last - 1, j + 1), top]);
+    }
+    (positions, triangles)
+}
+
+/// A disc of radius 12 and thickness 8 with its top at 0 that carries a pin of `radius` and `height` with a fillet.
+fn pin_on_disc(radius: f64, height: f64, fillet: f64, steps: u32, n: u32) -> Faces {
+    let mut profile = vec![[0.0, -8.0], [12.0, -8.0], [12.0, 0.0]];
+    profile.extend(
+        (0..=steps)
+            .map(|k| 0.5 * PI * f64::from(k) / f64::from(steps))
+            .map(|a| [radius + fillet * (1.0 - a.sin()), fillet * (1.0 - a.cos())]),
+    );
+    profile.extend([[radius, height], [0.0, height]]);
+    revolved(&profile, n)
+}
+
+fn height_of(shape: &Faces, f: usize) -> f64 {
+    shape.1[f].map(|v| shape.0[v as usize][2]).iter().sum::<f64>() / 3.0
+}
+
+fn place(face: u32, width: f64, facing: u32, area: f64) -> Place {
+    Place { at: [0.0; 3], face, area, width, across: [0.0; 3], facing }
+}
+
+#[test]
+fn sorts_of_things() {
+    // a wire 20 long and 1 thick; a strip 20 x 10 x 1; a ring of that wire, whose longest way is half of it; a lump
+    assert_eq!(classify(20.0, 1.0, 20.0 * PI, false), (Kind::Bar, 1.0));
+    let (kind, width) = classify(20.0, 1.0, 2.0 * 20.0 * 11.0, false);
+    assert_eq!(kind, Kind::Wall);
+    near(width, 10.0, 1e-12);
+    assert_eq!(classify(10.0, 1.0, 20.0 * PI, true), (Kind::Ring, 1.0));
+    assert_eq!(classify(2.4, 1.0, 4.0, false).0, Kind::Body);
+    // too wide for a bar, not wide enough for a wall
+    assert_eq!(classify(20.0, 1.0, 20.0 * 6.6, false), (Kind::Body, 0.5 * 6.6 - 1.0));
+    assert_eq!(classify(f64::NAN, f64::NAN, 0.0, false).0, Kind::Body);
+}
+
+#[test]
+fn box_in_any_position() {
+    let (positions, triangles) = turned_box([7.0, 2.0, 4.0]);
+    let found = oriented_box(&positions, &triangles);
+    (0..3).for_each(|k| near(found.size[k], [7.0, 4.0, 2.0][k], 1e-9));
+    let middle = scale(positions.iter().fold([0.0; 3], |m, p| add(m, *p)), 0.125);
+    assert!(norm(sub(found.centre, middle)) < 1e-9);
+    let [a, b, c] = found.axes;
+    near(dot(cross(a, b), c), 1.0, 1e-9);
+    near(dot(a, scale(sub(positions[1], positions[0]), 1.0 / 7.0)).abs(), 1.0, 1e-9);
+    // a cylinder has no flat sides: its axis is a principal one
+    let round = revolved(&[[0.0, 0.0], [1.0, 0.0], [1.0, 9.0], [0.0, 9.0]], 24);
+    near(oriented_box(&round.0, &round.1).size[0], 9.0, 1e-6);
+    assert!(oriented_box(&[], &[]).size[0].is_infinite() || oriented_box(&[], &[]).size[0].is_nan());
+}
+
+#[test]
+fn longest_ways_in_closed_form() {
+    let job = Job::default();
+    let longest = |shape: &Faces| lengths::longest(&shape.0, &shape.1, &job).unwrap();
+    let sheet = longest(&grid(&[0.0, 4.0], &[0.0, 3.0])).unwrap();
+    near(sheet.length, 5.0, 1e-9);
+    near(norm(sub(sheet.ends[0], sheet.ends[1])), 5.0, 1e-9);
+    assert!(sheet.upper >= 5.0);
+    // between opposite corners of a cube, over two sides
+    let cube = longest(&turned_box([1.0; 3])).unwrap();
+    near(cube.length, 5.0f64.sqrt(), 2e-3);
+    assert!(cube.upper >= 5.0f64.sqrt());
+    // from the middle of one end of a rod to the middle of the other, or a little more
+    let rod = longest(&revolved(&[[0.0, 0.0], [1.0, 0.0], [1.0, 30.0], [0.0, 30.0]], 32)).unwrap();
+    assert!(rod.length >= 32.0 - 1e-9 && rod.length <= 30.0f64.hypot(PI) + 2.0, "{}", rod.length);
+    // of pieces the one that reaches farthest
+    let (mut p, mut t) = grid(&[0.0, 4.0], &[0.0, 3.0]);
+    p.extend(grid(&[0.0, 8.0], &[10.0, 16.0]).0);
+    t.extend([[4, 5, 7], [4, 7, 6]]);
+    near(longest(&(p, t)).unwrap().length, 10.0, 1e-9);
+    assert!(longest(&(vec![], vec![])).is_none());
+}
+
+#[test]
+fn own_mesh_and_centroid() {
+    let (p, t) = grid(&[0.0, 1.0, 3.0], &[0.0, 2.0]);
+    let (centre, whole) = lengths::centroid(&p, &t, &[2, 3]);
+    near(whole, 4.0, 1e-12);
+    assert!(norm(sub(centre, [2.0, 1.0, 0.0])) < 1e-12);
+    let (own, faces) = lengths::extract(&p, &t, &[2, 3]).unwrap();
+    assert_eq!((own.len(), faces.len()), (4, 2));
+    near(faces.iter().map(|&t| area(corners(&own, t))).sum(), 4.0, 1e-12);
+    assert!(lengths::centroid(&p, &t, &[]).0[0].is_nan());
+}
+
+#[test]
+fn back_to_back_is_one_wall() {
+    // two sheets that face each other, and a box that one of them faces, too
+    let (mut p, mut t) = grid(&[0.0, 4.0], &[0.0, 3.0]);
+    for shape in [grid(&[0.0, 4.0], &[0.0, 3.0]), turned_box([2.0; 3])] {
+        t.extend(shape.1.iter().map(|t| t.map(|v| v + p.len() as u32)));
+        p.extend(shape.0);
+    }
+    let label: Vec<u32> = [vec![0; 2], vec![1; 2], vec![2; 12]].concat();
+    let facing = |share: f64| vec![place(0, 1.0, 2, share), place(1, 1.0, 5, 1.0 - share), place(2, 1.0, 0, 1.0)];
+    assert_eq!(merge::back_to_back(&p, &t, &label, &facing(0.9)), [0, 0, 2]);
+    // the second is a sheet that faces the first; the box is none, and its facing a sheet does not suffice
+    let mut places = vec![place(0, 1.0, 5, 1.0), place(2, 1.0, NONE, 1.0), place(5, 1.0, 2, 1.0)];
+    places[0].width = f64::NAN;
+    assert_eq!(merge::back_to_back(&p, &t, &label, &places), [0, 1, 2]);
+}
+
+#[test]
+fn thin_walls_part_from_thick_bodies() {
+    // two thick ends with a thin middle, and a row of slivers above, on which there are no places
+    let (p, t) = grid(&[0.0, 12.0, 20.0, 31.0], &[0.0, 2.0, 2.05]);
+    let topology = Topology::new(&p, &t).unwrap();
+    let width = |f: u32| if f / 2 == 1 { 1.0 } else { 10.0 };
+    let places: Vec<Place> = (0..6).map(|f| place(f, width(f), f ^ 1, 10.0)).collect();
+    let split = |label: &[u32], places: &[Place]| split::at_jumps(&p, &t, &topology, label, places);
+    let found = split(&[0; 12], &places);
+    assert_eq!(found, [0, 0, 1, 1, 2, 2, 0, 0, 1, 1, 2, 2].map(|l| [0, 1, 2][l]));
+    // a wall that faces something else is the face of a body
+    let other: Vec<Place> = places.iter().map(|p| Place { facing: NONE, ..*p }).collect();
+    assert_eq!(split(&[0; 12], &other), [0; 12]);
+    // not thin, and nothing known
+    let even: Vec<Place> = places.iter().map(|p| Place { width: p.width.max(5.0), ..*p }).collect();
+    assert_eq!(split(&[0; 12], &even), [0; 12]);
+    assert_eq!(split(&[0; 12], &[]), [0; 12]);
+}
+
+#[test]
+fn limits_are_inclusive() {
+    let (_, feature) = on_mesh(&turned_box([9.0, 3.0, 3.0]), 1, |mesh, job| {
+        let found = find_features(mesh, &FeatureOptions::default(), job)?;
+        Ok((found.face_feature, found.features[0].clone()))
+    });
+    let judge = |ratio: f64, width: f64, min_width: f64| {
+        let limits = ProcessLimits { warn_ratio: 5.0, error_ratio: 8.0, min_width };
+        let verdict = limits.judge(&Feature { ratio, d2_min: Width { width, ..feature.d2_min }, ..feature.clone() });
+        (verdict.severity, verdict.slender, verdict.thin)
+    };
+    assert_eq!(judge(5.0f64.next_down(), 1.0, 0.0), (Severity::Fine, false, false));
+    assert_eq!(judge(5.0, 1.0, 0.0), (Severity::Warning, true, false));
+    assert_eq!(judge(8.0f64.next_down(), 1.0, 0.0), (Severity::Warning, true, false));
+    assert_eq!(judge(8.0, 1.0, 0.0), (Severity::Error, true, false));
+    assert_eq!(judge(1.0, 1.0, 1.0), (Severity::Error, false, true));
+    assert_eq!(judge(1.0, 1.0, 1.0f64.next_down()), (Severity::Fine, false, false));
+    assert_eq!(judge(1.0, 0.0, 0.0), (Severity::Fine, false, false));
+    assert_eq!(judge(f64::NAN, f64::NAN, 1.0), (Severity::Fine, false, false));
+}
+
+#[test]
+fn height_above_the_border() {
+    let shape = revolved(&[[0.0, -5.0], [10.0, -5.0], [10.0, 0.0], [4.0, 0.0], [4.0, 1.5], [0.0, 1.5]], 24);
+    let label: Vec<u32> = (0..shape.1.len())
+        .map(|f| {
+            let [a, b, c] = shape.1[f].map(|v| shape.0[v as usize]);
+            let reach = [a, b, c].map(|p| p[0].hypot(p[1])).into_iter().fold(0.0, f64::max);
+            u32::from(height_of(&shape, f) > 0.0 && reach < 4.5)
+        })
+        .collect();
+    on_mesh(&shape, 1, |mesh, _| {
+        let triangles = mesh.topology()?.oriented(mesh.triangles());
+        let dual = Dual::new(mesh.positions(), &triangles, mesh.topology()?)?;
+        let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &label };
+        let of = |k: u32| -> Vec<u32> { (0..label.len() as u32).filter(|&f| label[f as usize] == k).collect() };
+        let (height, top, foot) = scene.height(1, &of(1), 8.0)?.unwrap();
+        near(height, 1.5, 1e-9);
+        assert!((top[2] - 1.5).abs() < 1e-9 && foot[2].abs() < 1e-9);
+        // the body lies below its border with the boss
+        assert!(scene.height(0, &of(0), 8.0)?.is_none());
+        Ok(())
+    });
+}
+
+#[test]
+fn the_length_is_measured_above_the_fillet() {
+    let shape = pin_on_disc(1.0, 12.0, 1.5, 8, 32);
+    // the border is the middle of the fillet
+    let middle = 1.5 * (1.0 - (PI / 4.0).cos());
+    let top = |f: usize| height_of(&shape, f) > middle;
+    let label: Vec<u32> = (0..shape.1.len()).map(|f| u32::from(top(f))).collect();
+    let topology = Topology::new(&shape.0, &shape.1).unwrap();
+    let dual = Dual::new(&shape.0, &shape.1, &topology).unwrap();
+    let above = |own: u32, thickness: f64| {
+        let standing =
+            Standing { positions: &shape.0, triangles: &shape.1, dual: &dual, label: &label, own, thickness };
+        let faces: Vec<u32> = (0..label.len() as u32).filter(|&f| label[f as usize] == own).collect();
+        standing.above(&faces)
+    };
+    let pin = above(1, 2.0).unwrap();
+    assert!(pin.iter().all(|&f| height_of(&shape, f as usize) > 1.5));
+    assert_eq!(pin.len(), (0..shape.1.len()).filter(|&f| height_of(&shape, f) > 1.5).count());
+    // what is much wider than the pin is thick is no fillet at its foot, and the disc does not stand on the pin
+    assert!(above(1, 0.5).is_none());
+    assert!(above(0, 8.0).is_none());
+}
+
+#[test]
+fn what_is_mostly_even_is_that_wide() {
+    let places: Vec<Place> =
+        (0..100).map(|k| place(0, if k < 70 { 2.0 + 1e-4 * k as f64 } else { 3.0 }, 0, 1.0)).collect();
+    let sorted: Vec<&Place> = places.iter().collect();
+    near(plateau(&sorted).unwrap(), 2.0069, 1e-9);
+    let cone: Vec<Place> = (0..100).map(|k| place(0, 1.0 + 0.02 * k as f64, 0, 1.0)).collect();
+    assert_eq!(plateau(&cone.iter().collect::<Vec<_>>()), None);
+    assert_eq!(plateau(&[]), None);
+}
+
+#[test]
+fn another_tessellation_gives_the_same_features() {
+    let find = |steps: u32, n: u32, threads: usize| {
+        on_mesh(&pin_on_disc(1.0, 14.0, 1.5, steps, n), threads, |mesh, job| {
+            find_features(mesh, &FeatureOptions::default(), job)
+        })
+    };
+    let [coarse, fine] = [(4, 24), (10, 64)].map(|(steps, n)| find(steps, n, 2));
+    for found in [&coarse, &fine] {
+        assert_eq!(found.features.len(), 2);
+        let pin = &found.features[1];
+        assert_eq!(pin.kind, Kind::Bar);
+        near(pin.d2_max.width, 2.0, 0.03);
+        // from the end of the fillet over the top to the other side
+        near(pin.d1_max, 12.5 + 2.0, 0.05);
+    }
+    (0..2).for_each(|k| near(coarse.features[k].ratio, fine.features[k].ratio, 0.03));
+    let again = find(4, 24, 1);
+    assert_eq!(again.face_feature, coarse.face_feature);
+    assert_eq!(again.features, coarse.features);
+}

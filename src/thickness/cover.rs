@@ -23,7 +23,7 @@ use rayon::prelude::*;
 /// Points of a patch are no further apart than this share of its least width,
 const LONG: f64 = 0.2;
 /// and a plane fits its measured widths within this share of them.
-const FIT: f64 = 0.02;
+const FIT: f64 = 0.01;
 /// On a patch no longer than this share of its width nothing changes that much; what is left is the roughness of the
 /// measurement itself, which may be up to this share.
 const SHORT: f64 = 0.12;
@@ -33,7 +33,7 @@ const ROUGH: f64 = 0.08;
 const BENT: f32 = 0.5;
 
 /// Patches of so few points are measured point by point.
-const FEW: usize = 16;
+const FEW: usize = 40;
 
 /// Cosine up to which a vertex's faces are one smooth surface.
 const SMOOTH: f64 = 0.94;

@@ -4,6 +4,9 @@
 //   peers d1 N THREADS        D1 (and D2) of all vertices, one source each: prints seconds, seconds of processor time
 //                             (which tell more on a busy machine) and the largest D1
 //   peers certified N THREADS the same with as many sources as it takes to know D1 to 2 %; prints their number too
+//   peers organic N FILE      writes the ellipsoid with dents and bumps
+//   peers organic-d1 N THREADS  D1 of all its vertices to 5 %, print profile: seconds and processor seconds of D1 alone,
+//                             the largest D1, the number of sources
 //   peers d2 N THREADS RAYS   D2: prints seconds and processor seconds until D1 begins; D1 is then cancelled
 //   peers wall N THREADS      wall widths of all vertices and faces: the same
 //   peers cgal-sdf N RAYS     CGAL's sdf_values, raw: the same
@@ -21,6 +24,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -72,6 +76,39 @@ void d1(int n, unsigned threads, armesh::d1_method method) {
     const double wall = timer.wall(), processor = timer.processor();
     std::printf("%.6f %.6f %.9g %llu\n", wall, processor, mesh.summary().d1_max,
                 static_cast<unsigned long long>(mesh.summary().solves));
+}
+
+shapes::Mesh organic(int n) {
+    shapes::Mesh mesh = ellipsoid(n);
+    for (shapes::Point &p : mesh.points) {
+        const double bump = 1 + 0.12 * std::sin(5 * p[0]) * std::cos(4 * p[1]) * std::sin(3 * p[2] + 1) +
+                            0.03 * std::sin(11 * p[0] + 7 * p[2]) * std::cos(9 * p[1]);
+        for (double &x : p) {
+            x *= bump;
+        }
+    }
+    return mesh;
+}
+
+// D1 as a slicer asks for it, without the time that D2 takes before.
+void organic_d1(int n, unsigned threads) {
+    armesh::mesh mesh = hand_over(organic(n));
+    armesh::compute_options how;
+    how.threads = threads;
+    const Timer timer;
+    double before = 0;
+    how.progress = [&](double, armesh::stage now) {
+        before = now == armesh::stage::mesh || now == armesh::stage::thickness ? timer.processor() : before;
+        return true;
+    };
+    mesh.compute(how);
+    const auto summary = mesh.summary();
+    double wall = 0;
+    for (int stage : {AR_STAGE_SURFACE, AR_STAGE_FACTOR, AR_STAGE_GEODESIC}) {
+        wall += summary.stage_seconds[stage];
+    }
+    std::printf("%.6f %.6f %.9g %llu\n", wall, timer.processor() - before, summary.d1_max,
+                static_cast<unsigned long long>(summary.solves));
 }
 
 // Time until D1 begins.
@@ -182,6 +219,10 @@ int main(int argc, char **argv) {
             d1(number(2), count(3), armesh::d1_method::all_vertices);
         } else if (argc == 4 && std::strcmp(argv[1], "certified") == 0) {
             d1(number(2), count(3), armesh::d1_method::certified);
+        } else if (argc == 4 && std::strcmp(argv[1], "organic") == 0) {
+            write_mesh(organic(number(2)), argv[3]);
+        } else if (argc == 4 && std::strcmp(argv[1], "organic-d1") == 0) {
+            organic_d1(number(2), count(3));
         } else if (argc == 5 && std::strcmp(argv[1], "d2") == 0) {
             d2(number(2), count(3), count(4));
         } else if (argc == 4 && std::strcmp(argv[1], "wall") == 0) {

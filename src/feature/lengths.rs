@@ -1,10 +1,18 @@
 //! How long a feature is: the longest shortest way within its own surface, with a bound.
+//!
+//! Its two ends are sought on a mesh of fewer faces that stands in for a large feature; the way between them is then
+//! followed on the feature itself, and shows how far the stand-in is off. No way between two points is longer than one by
+//! way of a third, which bounds all of them from the fields of a few.
 
-use crate::error::{Result, try_vec};
-use crate::geodesic::exact::{ExactGeodesics, Limits, Scratch, SurfacePoint};
+use crate::error::{Error, Result, try_vec};
+use crate::geodesic::Ways;
+use crate::geodesic::exact::{Distances, ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
 use crate::job::Job;
-use crate::mesh::measure::{Vec3, add, barycentric, bounding_box, corners, distance, dot, scale};
+use crate::mesh::measure::{Vec3, add, area_vector, barycentric, bounding_box, corners, distance, dot, scale};
+use crate::mesh::proxy::Proxy;
+use crate::mesh::simplify::{SimplifyOptions, nearest_in_triangle};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
+use rayon::prelude::*;
 
 /// Points inside faces that ways may end at.
 const SAMPLES: usize = 600;
@@ -15,9 +23,14 @@ const EXCESS: f64 = 4.0 * TOLERANCE;
 /// Ways from this many places are followed: to find the longest, and to narrow the bound.
 const SOURCES: (usize, usize) = (8, 24);
 /// The bound is narrow enough at this relative gap.
-const NARROW: f64 = 0.05;
+const NARROW: f64 = 0.03;
 /// Windows after which the bound is left as it is.
 const WINDOWS: usize = 2_000_000;
+/// A feature of more faces than this has another mesh stand in, of fewer faces but at least the second number, that may be
+/// this share of the feature's size away from it.
+const MANY_FACES: (usize, usize, f64) = (1_200, 500, 1e-3);
+/// A stand-in that is off by more than this share of the length is no good.
+const MOST_DISTORTION: f64 = 0.02;
 
 /// The longest shortest way.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,14 +45,15 @@ pub struct Length {
     pub field: Vec<f64>,
 }
 
-/// Knowledge about the ways between points.
+/// Knowledge about the ways between points of a mesh: its vertices and samples inside its faces.
 struct Search<'a> {
     solver: &'a ExactGeodesics,
+    limits: Limits,
     samples: Vec<SurfacePoint>,
+    queries: Queries,
     place: Vec<Vec3>,
     vertices: usize,
-    /// By point: no way from it is longer, over its component.
-    upper: Vec<f64>,
+    ways: Ways,
     used: Vec<bool>,
     best: (f64, [usize; 2]),
     windows: usize,
@@ -50,23 +64,98 @@ impl Search<'_> {
         if k < self.vertices { SurfacePoint::Vertex(k as u32) } else { self.samples[k - self.vertices] }
     }
 
-    /// Follows all ways from point `k`; returns the farthest point.
-    fn spread(&mut self, k: usize, limits: &Limits, scratch: &mut Scratch, job: &Job) -> Result<usize> {
-        let found = self.solver.distances(self.point(k), &self.samples, limits, scratch, job)?;
+    /// Follows all ways from point `k`; returns the farthest point and how far it is.
+    fn spread(&mut self, k: usize, scratch: &mut Scratch, job: &Job) -> Result<(usize, f64)> {
+        let found = self.solver.distances_at(self.point(k), &self.queries, &self.limits, scratch, job)?;
         self.windows += found.windows;
         self.used[k] = true;
-        let far = |m: (f64, usize), (i, &d): (usize, &f64)| if d.is_finite() && d > m.0 { (d, i) } else { m };
-        let all = || found.vertices.iter().chain(&found.queries).enumerate();
-        let (reach, end) = all().fold((0.0, k), far);
+        let mut all = found.vertices;
+        all.extend(&found.queries);
+        let far = |m: (usize, f64), (i, &d): (usize, &f64)| if d.is_finite() && d > m.1 { (i, d) } else { m };
+        let (end, reach) = all.iter().enumerate().fold((k, 0.0), far);
         if reach > self.best.0 {
             self.best = (reach, [k, end]);
         }
-        if found.complete {
-            all().filter(|(_, d)| d.is_finite()).for_each(|(i, d)| self.upper[i] = self.upper[i].min(reach + d));
-            self.upper[k] = reach;
-        }
-        Ok(end)
+        // ways that were given up are ways, too
+        self.ways.add(&all)?;
+        Ok((end, reach))
     }
+
+    /// Starts at the ends of the box's diagonals, and from where these ways lead.
+    fn sweep(&mut self, scratch: &mut Scratch, job: &Job) -> Result<()> {
+        for way in [[1.0, 1.0, 1.0], [-1.0, 1.0, 0.9], [1.0, -1.0, 0.8], [1.0, 1.0, -1.1]] {
+            let along = |k: usize| dot(self.place[k], way);
+            let Some(mut from) = (0..self.place.len()).max_by(|&a, &b| along(a).total_cmp(&along(b))) else { break };
+            let mut longest = 0.0;
+            for _ in 0..SOURCES.0 / 2 {
+                if self.used[from] {
+                    break;
+                }
+                let (end, reach) = self.spread(from, scratch, job)?;
+                if reach <= longest {
+                    break;
+                }
+                (from, longest) = (end, reach);
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows ways from wherever one could still be longer. Returns the length that none exceeds.
+    fn narrow(&mut self, scratch: &mut Scratch, job: &Job) -> Result<f64> {
+        let all: Vec<u32> = (0..self.place.len() as u32).collect();
+        let mut open = all.clone();
+        for round in 0.. {
+            // --- the longest way that there may be, from every point that may have one too long
+            let floor = self.best.0 * (1.0 + NARROW);
+            let ends = self.ways.columns(&all)?;
+            let bound = |&k: &u32| (self.ways.bound(k, floor, &all, &ends), k);
+            let mut most: Vec<((f64, u32), u32)> = open.par_iter().with_min_len(32).map(bound).collect();
+            most.retain(|m| m.0.0 > floor);
+            let widest = most.iter().fold(None, |w: Option<((f64, u32), u32)>, m| match w {
+                Some(w) if w.0.0 >= m.0.0 => Some(w),
+                _ => Some(*m),
+            });
+            let Some(((upper, end), from)) = widest else { return Ok(floor) };
+            let next = [end, from].into_iter().find(|&k| !self.used[k as usize]);
+            let Some(next) = next.filter(|_| round < SOURCES.1 && self.windows <= WINDOWS) else { return Ok(upper) };
+            open = most.into_iter().map(|m| m.1).collect();
+            self.spread(next as usize, scratch, job)?;
+        }
+        Ok(f64::INFINITY)
+    }
+}
+
+/// What a search has found.
+struct Found {
+    length: f64,
+    /// No way between two points of the mesh is longer.
+    upper: f64,
+    ends: [SurfacePoint; 2],
+    places: [Vec3; 2],
+}
+
+/// The longest way on a mesh.
+fn search(
+    solver: &ExactGeodesics,
+    (positions, triangles): (&[Vec3], &[[u32; 3]]),
+    limits: Limits,
+    scratch: &mut Scratch,
+    job: &Job,
+) -> Result<Found> {
+    let (samples, inside, spacing) = samples(positions, triangles, job)?;
+    let vertices = positions.len();
+    let mut place = try_vec(vertices + inside.len(), "points of a feature")?;
+    place.extend(positions.iter().chain(&inside));
+    let used = vec![false; place.len()];
+    let queries = solver.prepare(&samples)?;
+    let (ways, best) = (Ways::default(), (0.0, [0; 2]));
+    let mut search = Search { solver, limits, samples, queries, place, vertices, ways, used, best, windows: 0 };
+    search.sweep(scratch, job)?;
+    // every point is this near to one of those, and so is where its longest way ends
+    let upper = search.narrow(scratch, job)? * (1.0 + EXCESS) + 2.0 * spacing;
+    let (length, ends) = search.best;
+    Ok(Found { length, upper, ends: ends.map(|k| search.point(k)), places: ends.map(|k| search.place[k]) })
 }
 
 /// The longest shortest way on the surface of a mesh of its own, or on the largest reach of its pieces; none without faces.
@@ -77,60 +166,76 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
     if triangles.is_empty() {
         return Ok(None);
     }
-    let solver = ExactGeodesics::new(positions, triangles)?;
     let (lo, hi) = bounding_box(positions.iter().copied());
-    let limits = Limits { tolerance: TOLERANCE * distance(lo, hi), ..Limits::default() };
-    let (samples, inside, spacing) = samples(positions, triangles, job)?;
-    let vertices = positions.len();
-    let mut place = try_vec(vertices + inside.len(), "points of a feature")?;
-    place.extend(positions.iter().chain(&inside));
-    let n = place.len();
-    let mut search = Search {
-        solver: &solver,
-        samples,
-        place,
-        vertices,
-        upper: vec![f64::INFINITY; n],
-        used: vec![false; n],
-        best: (0.0, [0; 2]),
-        windows: 0,
-    };
+    let size = distance(lo, hi);
+    let limits = Limits { tolerance: TOLERANCE * size, ..Limits::default() };
     let mut scratch = Scratch::default();
-    // --- from the ends of the box's diagonals, and from where these ways lead
-    for way in [[1.0, 1.0, 1.0], [-1.0, 1.0, 0.9], [1.0, -1.0, 0.8], [1.0, 1.0, -1.1]] {
-        let along = |k: usize| dot(search.place[k], way);
-        let Some(mut from) = (0..n).max_by(|&a, &b| along(a).total_cmp(&along(b))) else { break };
-        let mut reach = 0.0;
-        for _ in 0..SOURCES.0 / 2 {
-            if search.used[from] {
-                break;
+    let (solver, stand_in) = rayon::join(
+        || ExactGeodesics::new(positions, triangles),
+        || (triangles.len() > MANY_FACES.0).then(|| on_stand_in((positions, triangles), size, limits, job)).transpose(),
+    );
+    let solver = solver?;
+    if let Some(Some((proxy, found, field))) = stand_in? {
+        let onto = |k: usize| match found.ends[k] {
+            SurfacePoint::Vertex(v) => Some((SurfacePoint::Vertex(proxy.original[v as usize]), found.places[k])),
+            SurfacePoint::Face { face, .. } => {
+                let facing = area_vector(corners(&proxy.positions, proxy.triangles[face as usize]));
+                nearest((positions, triangles), found.places[k], facing)
             }
-            from = search.spread(from, &limits, &mut scratch, job)?;
-            let now = search.upper.iter().zip(&search.used).filter(|u| *u.1).fold(0.0, |m: f64, u| m.max(*u.0));
-            if now <= reach {
-                break;
-            }
-            reach = now;
-        }
-    }
-    // --- from wherever the way could still be longer
-    for k in 0..SOURCES.1 {
-        let Some(next) =
-            (0..n).filter(|&k| !search.used[k]).max_by(|&a, &b| search.upper[a].total_cmp(&search.upper[b]))
-        else {
-            break;
         };
-        let narrow = search.upper[next] <= (1.0 + NARROW) * search.best.0 || search.windows > WINDOWS;
-        if search.upper[next] <= search.best.0 || (narrow && k > 0) {
-            break;
+        if let [Some((a, at_a)), Some((b, at_b))] = [onto(0), onto(1)] {
+            let truth = solver.distances(a, &[b], &limits, &mut scratch, job)?;
+            let off = |(&v, d): (&u32, &f64)| (truth.vertices[v as usize] - d).abs();
+            let off = proxy.original.iter().zip(&field).map(off).filter(|d| d.is_finite()).fold(0.0, f64::max);
+            let length = truth.queries[0];
+            if off.max((length - found.length).abs()) <= MOST_DISTORTION * found.length {
+                let upper = (found.upper + 2.0 * off).max(length);
+                return Ok(Some(Length { length, upper, ends: [at_a, at_b], field: truth.vertices }));
+            }
         }
-        search.spread(next, &limits, &mut scratch, job)?;
     }
-    // every point is this near to one of those, and so is where its longest way ends
-    let upper = search.upper.iter().copied().fold(search.best.0, f64::max) * (1.0 + EXCESS) + 2.0 * spacing;
-    let (length, [a, b]) = search.best;
-    let field = solver.distances(search.point(a), &[], &limits, &mut scratch, job)?.vertices;
-    Ok(Some(Length { length, upper, ends: [search.place[a], search.place[b]], field }))
+    let found = search(&solver, (positions, triangles), limits, &mut scratch, job)?;
+    let Distances { vertices: field, .. } = solver.distances(found.ends[0], &[], &limits, &mut scratch, job)?;
+    Ok(Some(Length { length: found.length, upper: found.upper, ends: found.places, field }))
+}
+
+/// The longest way on a mesh of fewer faces, with the distances of that mesh's vertices from its first end; none if it
+/// does not become much simpler.
+fn on_stand_in(
+    (positions, triangles): (&[Vec3], &[[u32; 3]]),
+    size: f64,
+    limits: Limits,
+    job: &Job,
+) -> Result<Option<(Proxy, Found, Vec<f64>)>> {
+    let options = SimplifyOptions { target_faces: MANY_FACES.1, max_error: MANY_FACES.2 * size };
+    let proxy = Proxy::new(positions, triangles, &options, job)?;
+    if proxy.triangles.is_empty() || proxy.triangles.len() > triangles.len() / 2 {
+        return Ok(None);
+    }
+    let mut scratch = Scratch::default();
+    let solver = ExactGeodesics::new(&proxy.positions, &proxy.triangles)?;
+    let found = match search(&solver, (&proxy.positions, &proxy.triangles), limits, &mut scratch, job) {
+        Err(Error::Degenerate(_)) => return Ok(None),
+        other => other?,
+    };
+    let field = solver.distances(found.ends[0], &[], &limits, &mut scratch, job)?.vertices;
+    Ok(Some((proxy, found, field)))
+}
+
+/// The point of a mesh nearest to `p` on faces that look the same way as `facing`, and where it is.
+fn nearest((positions, triangles): (&[Vec3], &[[u32; 3]]), p: Vec3, facing: Vec3) -> Option<(SurfacePoint, Vec3)> {
+    let mut best = (f64::INFINITY, None);
+    for (face, &t) in triangles.iter().enumerate() {
+        let corner = corners(positions, t);
+        if dot(area_vector(corner), facing) > 0.0 {
+            let (w, squared) = nearest_in_triangle(corner, p);
+            if squared < best.0 {
+                let at = add(add(scale(corner[0], w[0]), scale(corner[1], w[1])), scale(corner[2], w[2]));
+                best = (squared, Some((SurfacePoint::Face { face: face as u32, weights: w.map(|w| w.max(0.0)) }, at)));
+            }
+        }
+    }
+    best.1
 }
 
 /// Points spread over the inside of the faces: as points of the surface, where they are, and how far from a point of the

@@ -118,6 +118,17 @@ pub(super) fn distortion(truth: &[Vec<f64>], seen: &[Vec<f64>], from: f64) -> f6
     truth.iter().zip(seen).map(one).fold(0.0, f64::max)
 }
 
+/// A mesh that stands in for a smooth one lies inside it and all its distances are short by about the same share: what
+/// fields of the same sources are to be multiplied by, which is done, and what is left of their distortion.
+pub(super) fn stretch(truth: &[Vec<f64>], seen: &mut [Vec<f64>]) -> (f64, f64) {
+    let both = || truth.iter().zip(&*seen).flat_map(|(a, b)| a.iter().zip(b));
+    let (long, short) =
+        both().filter(|(a, b)| (**a * **b).is_finite()).fold((0.0, 0.0), |m, (a, b)| (m.0 + a, m.1 + b));
+    let factor = if long > 0.0 && short > 0.0 { long / short } else { 1.0 };
+    seen.iter_mut().flatten().for_each(|d| *d *= factor);
+    (factor, distortion(truth, seen, 0.0))
+}
+
 /// Faces up to which heat distances are held against exact ones.
 const COMPARABLE: usize = 25_000;
 

@@ -1,11 +1,11 @@
 //! The print profile: D1 and D2 that depend on the shape and not on its triangulation.
 
-use super::accuracy::{Accuracy, Method, distortion, pair, probes};
+use super::accuracy::{Accuracy, Method, pair, probes, stretch};
 use super::{Options, Reach, large};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::exact::SurfacePoint;
 use crate::geodesic::{
-    DistanceFields, Eccentricity, ExactFields, HeatOptions, HeatSolver, Mode, Targets, eccentricity,
+    Column, DistanceFields, Eccentricity, ExactFields, HeatOptions, HeatSolver, Mode, Targets, eccentricity,
 };
 use crate::job::{Job, Stage};
 use crate::mesh::corners::shape_corners;
@@ -29,6 +29,9 @@ const EXACT_FACES: usize = 25_000;
 /// A field of more windows than this is dear: the others are solved on a mesh that stands in.
 const DEAR: f64 = 15_000.0;
 
+/// Meshes of more faces than this have dear fields as a rule.
+const LIKELY_DEAR: usize = 3_000;
+
 /// Points inside faces between which the part's D1 is sought.
 const SAMPLES: usize = 2_000;
 
@@ -39,15 +42,7 @@ const STARTS: usize = 4;
 pub(super) fn walls(mesh: &TriMesh, triangles: &[[u32; 3]], job: &Job) -> Result<(Vec<f64>, Vec<f64>)> {
     let positions = mesh.positions();
     let solid = WallMesh::new(positions, triangles, job)?;
-    let own: Vec<u32> = (0..triangles.len() as u32).collect();
-    let vertices = solid.vertex_widths(positions, triangles, &own, job)?.width;
-    let mut centroids = try_vec(triangles.len(), "wall widths")?;
-    for &t in triangles {
-        let [a, b, c] = corners(positions, t);
-        centroids.push(scale(add(add(a, b), c), 1.0 / 3.0));
-    }
-    let faces = solid.point_widths(&centroids, &own, job)?.width;
-    Ok((vertices, faces))
+    solid.surface_widths(positions, triangles, job)
 }
 
 /// D1 of every vertex, towards the corners of the shape, the longest way across the part, and how right they are.
@@ -66,31 +61,50 @@ pub(super) fn lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options,
 
 fn exact_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<Lengths> {
     let positions = mesh.positions();
-    let fields = ExactFields::new(positions, triangles)?;
-    let far = far_ends(&fields, positions, triangles)?;
+    let certified = matches!(options.d1, Mode::Certified { .. });
+    let proxy = |k: usize| stand_in(positions, triangles, PROXIES[k].0, PROXIES[k].1, job);
+    job.begin(Stage::Geodesic, 0.4, 0.45, 2)?;
 
     // --- two fields from the ends of the part: what one costs, and the truth for a mesh that stands in
-    job.begin(Stage::Geodesic, 0.4, 0.45, 2)?;
     let sources = probes(positions, triangles);
-    let truth = pair(&fields, sources, job)?;
+    let (truth, first) = rayon::join(
+        || {
+            let fields = ExactFields::new(positions, triangles)?;
+            let truth = pair(&fields, sources, job)?;
+            Ok::<_, Error>((fields, truth))
+        },
+        // likely to be wanted
+        || (certified && triangles.len() > LIKELY_DEAR).then(|| proxy(0)),
+    );
+    let (mut fields, truth) = truth?;
+    let far = far_ends(&fields, positions, triangles)?;
     job.begin(Stage::Geodesic, 0.45, 0.95, positions.len() as u64)?;
-    if matches!(options.d1, Mode::Certified { .. }) && fields.windows_per_field() > DEAR {
-        for (faces, share) in PROXIES {
-            let proxy = stand_in(positions, triangles, faces, share, job)?;
+    if certified && fields.windows_per_field() > DEAR {
+        let mut first = first;
+        for k in 0..PROXIES.len() {
+            let proxy = first.take().unwrap_or_else(|| proxy(k))?;
             let places = places((positions, triangles), &proxy.onto, (&proxy.positions, &proxy.triangles), job)?;
             let (component, components) = fields.components();
             let mut on_proxy = ExactFields::on_proxy(&proxy, &places, component.to_vec(), components)?;
-            let error = distortion(&truth, &pair(&on_proxy, sources, job)?, 0.0);
+            let mut seen = pair(&on_proxy, sources, job)?;
+            let (factor, error) = stretch(&truth, &mut seen);
             if error <= MOST_DISTORTION {
-                on_proxy.set_distortion(error);
+                on_proxy.set_distortion(factor, error);
+                on_proxy.set_known(columns(sources, seen));
                 let solved = Accuracy::on(Method::ExactOnProxy, &proxy.positions, &proxy.triangles);
                 let solved = (&proxy.positions[..], &proxy.triangles[..], solved);
                 return measure(&on_proxy, positions, &far, solved, options, job);
             }
         }
     }
+    fields.set_known(columns(sources, truth));
     let solved = (positions, triangles, Accuracy::on(Method::Exact, positions, triangles));
     measure(&fields, positions, &far, solved, options, job)
+}
+
+/// Fields of single sources as columns.
+fn columns(sources: [u32; 2], fields: Vec<Vec<f64>>) -> Vec<Column> {
+    sources.iter().zip(fields).map(|(&s, field)| (vec![s], field)).collect()
 }
 
 /// Distances on a mesh that stands in may be off by this share of the largest; more, and it is made finer.
@@ -98,7 +112,7 @@ pub(super) const MOST_DISTORTION: f64 = 0.01;
 
 /// Faces that a mesh that stands in has at least, and its distance from the part as a share of the part's size: tried in
 /// this order.
-const PROXIES: [(usize, f64); 3] = [(1_000, 1e-3), (2_000, 1e-3), (4_000, 2.5e-4)];
+const PROXIES: [(usize, f64); 4] = [(500, 2e-3), (1_000, 1e-3), (2_000, 1e-3), (4_000, 2.5e-4)];
 
 /// The mesh with few faces, at least `faces`, within `share` of its size of where it was.
 pub(super) fn stand_in(

@@ -9,6 +9,10 @@
 //! eccentricity distribution of large graphs", Algorithms 6 (2013), on surfaces). Heat distances are not quite symmetric,
 //! so the bounds are padded by the contradictions that the fields show among themselves.
 
+mod meeting;
+
+pub use meeting::{Column, Ways};
+
 use crate::error::{Error, Result, try_filled};
 use crate::job::Job;
 use crate::mesh::NONE;
@@ -18,6 +22,14 @@ use crate::mesh::measure::{Vec3, distance};
 pub trait DistanceFields: Sync {
     /// Smallest and largest number of columns of sources between two looks at the bounds.
     const ROUND: (usize, usize);
+
+    /// True if distances are lengths of ways, so that a way by way of a source is none shorter than the shortest.
+    const METRIC: bool = false;
+
+    /// Fields that there are already.
+    fn known(&self) -> &[Column] {
+        &[]
+    }
 
     /// By how much a distance may be too long, and too short, as a share of the largest.
     fn error(&self) -> (f64, f64);
@@ -106,6 +118,8 @@ pub fn eccentricity<S: DistanceFields>(
             let columns = far.iter().map(Vec::len).max().unwrap_or(0);
             if solver.has_spare_for(columns) {
                 from_far_ends(solver, targets, &far, job)
+            } else if S::METRIC {
+                meeting::meeting(solver, positions, targets, tolerance, solver.known(), job)
             } else {
                 certified(solver, positions, targets, tolerance, job)
             }

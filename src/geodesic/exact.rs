@@ -20,11 +20,11 @@ mod shapes;
 mod tests;
 mod topology;
 
-use crate::error::{Error, Result, try_filled};
+use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use envelope::{Envelope, Queue, TIE, Window};
 use propagate::{Arrival, Wave};
-use topology::{Crossing, NONE, Topology, norm, sub};
+use topology::{NONE, Topology, norm, sub};
 
 /// A point of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,6 +93,28 @@ pub struct Distances {
     pub windows: usize,
 }
 
+/// Points that distances are wanted at, located on one mesh.
+#[derive(Debug, Clone)]
+pub struct Queries {
+    /// Point k is `seen[first[k]..first[k + 1]]`: one that lies on an edge is seen in each of its faces.
+    first: Vec<u32>,
+    seen: Vec<Seen>,
+}
+
+/// A query point, in scaled units.
+#[derive(Debug, Clone)]
+enum Seen {
+    Vertex(u32),
+    Inside {
+        face: u32,
+        point: [f64; 3],
+        /// The face's vertices and how far they are.
+        corners: [(u32, f64); 3],
+        /// The face's edges and where the point lies in their frames.
+        edges: [(u32, f64, f64); 3],
+    },
+}
+
 /// A point located on the prepared mesh, in scaled units.
 enum Place {
     Vertex(u32),
@@ -124,6 +146,20 @@ impl ExactGeodesics {
         &self,
         source: SurfacePoint,
         queries: &[SurfacePoint],
+        limits: &Limits,
+        scratch: &mut Scratch,
+        job: &Job,
+    ) -> Result<Distances> {
+        self.distances_at(source, &self.prepare(queries)?, limits, scratch, job)
+    }
+
+    /// The same with query points that were prepared for this mesh, for many sources.
+    ///
+    /// Errors: those of [`ExactGeodesics::distances`].
+    pub fn distances_at(
+        &self,
+        source: SurfacePoint,
+        queries: &Queries,
         limits: &Limits,
         scratch: &mut Scratch,
         job: &Job,
@@ -249,52 +285,75 @@ impl ExactGeodesics {
         (we * crossing.len + wa * crossing.ax, wa * crossing.ay)
     }
 
-    /// Distances of the query points by what is known on the edges around them.
-    fn evaluate(&self, state: &Scratch, source: &Place, queries: &[SurfacePoint]) -> Result<Vec<f64>> {
+    /// Locates points for [`ExactGeodesics::distances_at`]. Some 200 bytes a point.
+    ///
+    /// Errors: [`Error::Argument`] for a point that is not on the mesh, [`Error::NoMemory`].
+    pub fn prepare(&self, points: &[SurfacePoint]) -> Result<Queries> {
         let mesh = &self.mesh;
-        let mut out = try_filled(queries.len(), f64::INFINITY, "exact geodesics: query distances")?;
-        for (d, query) in out.iter_mut().zip(queries) {
-            *d = match self.locate(*query)? {
-                Place::Vertex(v) => state.dist[v as usize],
+        let mut out = Queries { first: try_vec(points.len() + 1, "queries")?, seen: try_vec(points.len(), "queries")? };
+        for point in points {
+            out.first.push(out.seen.len() as u32);
+            match self.locate(*point)? {
+                Place::Vertex(v) => out.seen.push(Seen::Vertex(v)),
+                Place::Face(f, weights) => out.seen.push(self.seen(f, weights)),
+                // A point of every face of the edge (boundary edges hold no windows of their own).
                 Place::Edge(e, t) => {
-                    // A point of every face of the edge (boundary edges hold no windows of their own).
-                    let crossings =
-                        &mesh.crossings[mesh.first[e as usize] as usize..mesh.first[e as usize + 1] as usize];
-                    let in_face = |c: &Crossing| {
+                    for c in &mesh.crossings[mesh.first[e as usize] as usize..mesh.first[e as usize + 1] as usize] {
                         let end = mesh.ends[e as usize][1];
-                        let weight = |v| {
-                            if v == c.apex {
-                                0.0
-                            } else if v == end {
-                                t / c.len
-                            } else {
-                                1.0 - t / c.len
-                            }
+                        let weight = |v| match v {
+                            v if v == c.apex => 0.0,
+                            v if v == end => t / c.len,
+                            _ => 1.0 - t / c.len,
                         };
-                        self.inside(state, source, c.face, mesh.faces[c.face as usize].map(weight))
-                    };
-                    crossings.iter().map(in_face).fold(f64::INFINITY, f64::min)
+                        out.seen.push(self.seen(c.face, mesh.faces[c.face as usize].map(weight)));
+                    }
                 }
-                Place::Face(f, weights) => self.inside(state, source, f, weights),
-            };
+            }
+        }
+        out.first.push(out.seen.len() as u32);
+        Ok(out)
+    }
+
+    /// A point of a face, seen from its corners and its edges.
+    fn seen(&self, face: u32, weights: [f64; 3]) -> Seen {
+        let mesh = &self.mesh;
+        let point = self.point(face, weights);
+        let vertices = mesh.faces[face as usize];
+        let corners = vertices.map(|v| (v, norm(sub(mesh.points[v as usize], point))));
+        let edges = mesh.of_face[face as usize].map(|c| {
+            let (x, y) = self.in_frame(c, weights);
+            (mesh.corners[c as usize].edge, x, y)
+        });
+        Seen::Inside { face, point, corners, edges }
+    }
+
+    /// Distances of the query points by what is known on the edges around them.
+    fn evaluate(&self, state: &Scratch, source: &Place, queries: &Queries) -> Result<Vec<f64>> {
+        let mut out = try_vec(queries.first.len() - 1, "exact geodesics: query distances")?;
+        for range in queries.first.windows(2) {
+            let all = &queries.seen[range[0] as usize..range[1] as usize];
+            out.push(all.iter().map(|seen| self.reached(state, source, seen)).fold(f64::INFINITY, f64::min));
         }
         Ok(out)
     }
 
-    /// Distance of a point inside a face: straight from the source or a corner, or through the windows of its edges.
-    fn inside(&self, state: &Scratch, source: &Place, face: u32, weights: [f64; 3]) -> f64 {
-        let mesh = &self.mesh;
-        let p = self.point(face, weights);
+    /// Distance of a point: inside a face straight from the source or a corner, or through the windows of its edges.
+    fn reached(&self, state: &Scratch, source: &Place, seen: &Seen) -> f64 {
+        let (face, point, corners, edges) = match seen {
+            Seen::Vertex(v) => return state.dist[*v as usize],
+            Seen::Inside { face, point, corners, edges } => (*face, *point, corners, edges),
+        };
         let mut best = match *source {
-            Place::Face(f, s) if f == face => norm(sub(self.point(f, s), p)),
+            Place::Face(f, s) if f == face => norm(sub(self.point(f, s), point)),
             _ => f64::INFINITY,
         };
-        for (k, &v) in mesh.faces[face as usize].iter().enumerate() {
-            best = best.min(state.dist[v as usize] + norm(sub(mesh.points[v as usize], p)));
-            let c = mesh.of_face[face as usize][k];
-            let (x, y) = self.in_frame(c, weights);
-            for w in state.envelope.windows(mesh.corners[c as usize].edge) {
+        for &(v, away) in corners {
+            best = best.min(state.dist[v as usize] + away);
+        }
+        for &(edge, x, y) in edges {
+            for w in state.envelope.windows(edge) {
                 let split = if w.py + y > 0.0 { w.px + (x - w.px) * w.py / (w.py + y) } else { x };
+                // straight, or bent at the window's end
                 let through = split.clamp(w.b0, w.b1);
                 best = best.min(w.at(through) + ((x - through) * (x - through) + y * y).sqrt());
             }

@@ -1,7 +1,7 @@
 //! Exact geodesics as a maker of distance fields for [`super::eccentricity`].
 
-use super::eccentricity::DistanceFields;
-use super::exact::{ExactGeodesics, Limits, Scratch, SurfacePoint};
+use super::eccentricity::{Column, DistanceFields};
+use super::exact::{Distances, ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
@@ -9,6 +9,7 @@ use crate::mesh::measure::{bounding_box, distance};
 use crate::mesh::proxy::{Place, Proxy};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Exact distances between points of a mesh, many sources in parallel.
 pub struct ExactFields {
@@ -23,9 +24,14 @@ pub struct ExactFields {
     vertex: Vec<u32>,
     /// The numbers of the points that are no vertices, and their places.
     inside: Vec<u32>,
-    queries: Vec<SurfacePoint>,
-    /// Largest relative error of distances on the mesh that stands in for another.
+    queries: Queries,
+    /// Distances on the mesh that stands in for another are multiplied by this.
+    stretch: f64,
+    /// Their largest relative error then.
     distortion: f64,
+    known: Vec<Column>,
+    /// Memory of solves that are over.
+    spare: Mutex<Vec<Scratch>>,
 }
 
 /// Windows may be given up that shorten a path by no more than this share of the mesh's size: several times as fast, and
@@ -42,10 +48,10 @@ const USUAL: f64 = TOLERANCE;
 const SWEEPS: usize = 4;
 
 /// Windows that are spent on bounds finer than asked for: about a fifth of a second of one core.
-const SPARE_WINDOWS: u64 = 500_000;
+const SPARE_WINDOWS: u64 = 300_000;
 
 /// Windows that may be spent on a field from every far end.
-const ALL_WINDOWS: u64 = 1_500_000;
+const ALL_WINDOWS: u64 = 300_000;
 
 impl ExactFields {
     /// Prepares a mesh; the points are its vertices. See [`ExactGeodesics::new`]. O(faces log faces).
@@ -92,9 +98,9 @@ impl ExactFields {
         let limits = Limits { tolerance: TOLERANCE * distance(lo, hi), ..Limits::default() };
         let inside = (0..points.len() as u32).filter(|&i| vertex[i as usize] == NONE && component[i as usize] != NONE);
         let inside: Vec<u32> = inside.collect();
-        let queries = inside.iter().map(|&i| points[i as usize]).collect();
+        let places: Vec<SurfacePoint> = inside.iter().map(|&i| points[i as usize]).collect();
+        let queries = solver.prepare(&places)?;
         let (windows, solves) = (AtomicU64::new(0), AtomicU64::new(0));
-        let distortion = 0.0;
         Ok(ExactFields {
             solver,
             component,
@@ -106,7 +112,10 @@ impl ExactFields {
             vertex,
             inside,
             queries,
-            distortion,
+            stretch: 1.0,
+            distortion: 0.0,
+            known: Vec::new(),
+            spare: Mutex::new(Vec::new()),
         })
     }
 
@@ -125,9 +134,26 @@ impl ExactFields {
         USUAL + self.distortion
     }
 
-    /// How far the distances on this mesh may be off those on the one that it stands in for, as a share of the largest.
-    pub fn set_distortion(&mut self, distortion: f64) {
-        self.distortion = distortion;
+    /// Distances on this mesh are to be multiplied by `stretch` to be like those on the one that it stands in for, and may
+    /// then be off by `distortion`, a share of the largest.
+    pub fn set_distortion(&mut self, stretch: f64, distortion: f64) {
+        (self.stretch, self.distortion) = (stretch, distortion);
+    }
+
+    /// Hands over fields that were solved for already, by these points and stretched.
+    pub fn set_known(&mut self, known: Vec<Column>) {
+        self.known = known;
+    }
+
+    /// One solve, in memory that another has left.
+    fn solve(&self, source: SurfacePoint, queries: &Queries, job: &Job) -> Result<Distances> {
+        let spare = || self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut scratch = spare().pop().unwrap_or_default();
+        let found = self.solver.distances_at(source, queries, &self.limits, &mut scratch, job);
+        spare().push(scratch);
+        let mut found = found?;
+        found.vertices.iter_mut().chain(&mut found.queries).for_each(|d| *d *= self.stretch);
+        Ok(found)
     }
 
     /// The longest shortest path of the surface as far as sweeps find it: from each of `starts` to its farthest of
@@ -139,11 +165,12 @@ impl ExactFields {
         samples: &[SurfacePoint],
         job: &Job,
     ) -> Result<Option<(f64, [SurfacePoint; 2])>> {
-        let sweep = |scratch: &mut Scratch, &start: &u32| -> Result<(f64, [SurfacePoint; 2])> {
+        let queries = self.solver.prepare(samples)?;
+        let sweep = |&start: &u32| -> Result<(f64, [SurfacePoint; 2])> {
             let mut from = self.points[start as usize];
             let mut best = (0.0, [from; 2]);
             for _ in 0..SWEEPS {
-                let found = self.solver.distances(from, samples, &self.limits, scratch, job)?;
+                let found = self.solve(from, &queries, job)?;
                 let vertices = found.vertices.iter().enumerate().map(|(v, &d)| (d, SurfacePoint::Vertex(v as u32)));
                 let points = found.queries.iter().copied().zip(samples.iter().copied());
                 let none = (0.0, from);
@@ -157,14 +184,14 @@ impl ExactFields {
             }
             Ok(best)
         };
-        let found: Result<Vec<_>> = starts.par_iter().with_max_len(1).map_init(Scratch::default, sweep).collect();
+        let found: Result<Vec<_>> = starts.par_iter().with_max_len(1).map(sweep).collect();
         Ok(found?.into_iter().reduce(|m, x| if x.0 > m.0 { x } else { m }))
     }
 
-    fn column(&self, sources: &[u32], scratch: &mut Scratch, job: &Job) -> Result<Vec<f64>> {
+    fn column(&self, sources: &[u32], job: &Job) -> Result<Vec<f64>> {
         let mut field = try_filled(self.component.len(), f64::NAN, "distances")?;
         for &s in sources {
-            let found = self.solver.distances(self.points[s as usize], &self.queries, &self.limits, scratch, job)?;
+            let found = self.solve(self.points[s as usize], &self.queries, job)?;
             self.windows.fetch_add(found.windows as u64, Ordering::Relaxed);
             self.solves.fetch_add(1, Ordering::Relaxed);
             if !found.complete {
@@ -190,6 +217,12 @@ impl ExactFields {
 impl DistanceFields for ExactFields {
     // a field costs far more than a look at the bounds
     const ROUND: (usize, usize) = (4, 32);
+
+    const METRIC: bool = true;
+
+    fn known(&self) -> &[Column] {
+        &self.known
+    }
 
     fn error(&self) -> (f64, f64) {
         (EXCESS + self.distortion, self.distortion)
@@ -218,12 +251,12 @@ impl DistanceFields for ExactFields {
         job: &Job,
         take: impl Fn(usize, &[f64]) -> T + Sync,
     ) -> Result<Vec<T>> {
-        let one = |scratch: &mut Scratch, (k, sources): (usize, &&[u32])| {
-            let taken = take(k, &self.column(sources, scratch, job)?);
+        let one = |(k, sources): (usize, &&[u32])| {
+            let taken = take(k, &self.column(sources, job)?);
             job.advance(1)?;
             Ok(taken)
         };
-        columns.par_iter().enumerate().with_max_len(1).map_init(Scratch::default, one).collect()
+        columns.par_iter().enumerate().with_max_len(1).map(one).collect()
     }
 }
 

@@ -8,6 +8,6 @@ pub mod exact;
 mod exact_fields;
 pub mod heat;
 
-pub use eccentricity::{DistanceFields, Eccentricity, Mode, Targets, eccentricity};
+pub use eccentricity::{Column, DistanceFields, Eccentricity, Mode, Targets, Ways, eccentricity};
 pub use exact_fields::ExactFields;
 pub use heat::{HeatOptions, HeatSolver};

@@ -1,6 +1,7 @@
 //! What is wrong with a mesh, countable and locatable, and how big it is.
 
 use super::measure::{Vec3, area, bounding_box, corners, is_flat, scale};
+use super::sets::Sets;
 use super::{NONE, Topology, TriMesh};
 use crate::error::{Error, Result, try_filled};
 use hashbrown::HashSet;
@@ -172,15 +173,7 @@ fn duplicates(mesh: &TriMesh, centre: impl Fn(u32) -> Vec3) -> Result<Finding> {
 /// Vertices whose faces do not hang together over edges at that vertex. Union-find over the corners of each vertex.
 fn non_manifold_vertices(mesh: &TriMesh, topology: &Topology) -> Result<Finding> {
     let corners = 3 * mesh.triangles().len();
-    let mut parent: Vec<u32> = try_filled(corners, 0, "corners")?;
-    (0..corners as u32).for_each(|c| parent[c as usize] = c);
-    fn find(parent: &mut [u32], mut c: u32) -> u32 {
-        while parent[c as usize] != c {
-            parent[c as usize] = parent[parent[c as usize] as usize];
-            c = parent[c as usize];
-        }
-        c
-    }
+    let mut sets = Sets::new(corners)?;
     // the corner of half-edge h's face that sits at vertex v
     let corner_at = |h: u32, v: u32| {
         let t = mesh.triangles()[h as usize / 3];
@@ -191,14 +184,12 @@ fn non_manifold_vertices(mesh: &TriMesh, topology: &Topology) -> Result<Finding>
         let t = mesh.triangles()[mates[0] as usize / 3];
         for v in [t[mates[0] as usize % 3], t[(mates[0] as usize + 1) % 3]] {
             for &h in &mates[1..] {
-                let (a, b) = (corner_at(mates[0], v), corner_at(h, v));
-                let (a, b) = (find(&mut parent, a), find(&mut parent, b));
-                parent[a.max(b) as usize] = a.min(b);
+                sets.join(corner_at(mates[0], v), corner_at(h, v));
             }
         }
     }
     let mut fans = try_filled(mesh.positions().len(), 0u32, "vertices")?;
-    for c in (0..corners as u32).filter(|&c| parent[c as usize] == c) {
+    for c in (0..corners as u32).filter(|&c| sets.root(c) == c) {
         fans[mesh.triangles()[c as usize / 3][c as usize % 3] as usize] += 1;
     }
     let mut finding = Finding::default();

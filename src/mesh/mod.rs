@@ -12,6 +12,7 @@ pub mod input;
 pub mod intrinsic;
 pub mod measure;
 pub mod proxy;
+pub mod sets;
 pub mod simplify;
 pub mod surface;
 pub mod topology;

@@ -6,6 +6,7 @@
 //! by side. The *loop length* is that of the closed way out along one arm and back along the other: twice D1max.
 
 use crate::mesh::measure::{Vec3, add, distance, scale};
+use crate::mesh::sets::SparseSets;
 use hashbrown::HashMap;
 
 /// Number of handles of a connected triangle mesh whose holes are thought closed: (2 - V + E - F - holes) / 2.
@@ -28,36 +29,9 @@ pub fn handles(triangles: &[[u32; 3]]) -> u32 {
 
 /// Number of connected components of a set of edges.
 fn component_count(edges: &[(u32, u32)]) -> usize {
-    let mut sets = Sets::default();
+    let mut sets = SparseSets::default();
     edges.iter().for_each(|&(a, b)| sets.join(a, b));
     sets.count()
-}
-
-/// Disjoint sets of numbers.
-#[derive(Default)]
-struct Sets(HashMap<u32, u32>);
-
-impl Sets {
-    fn root(&mut self, v: u32) -> u32 {
-        let mut r = *self.0.entry(v).or_insert(v);
-        while self.0[&r] != r {
-            r = self.0[&r];
-        }
-        let mut v = v;
-        while v != r {
-            v = self.0.insert(v, r).unwrap_or(r);
-        }
-        r
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0.insert(a.max(b), a.min(b));
-    }
-
-    fn count(&self) -> usize {
-        self.0.iter().filter(|(v, r)| v == r).count()
-    }
 }
 
 /// A closed curve of a level set.
@@ -86,7 +60,7 @@ pub fn is_ring(positions: &[Vec3], triangles: &[[u32; 3]], field: &[f64]) -> boo
         return false;
     }
     // the arms meet again: what lies beyond the level is one piece
-    let mut beyond = Sets::default();
+    let mut beyond = SparseSets::default();
     for t in triangles {
         for k in 0..3 {
             let (a, b) = (t[k], t[(k + 1) % 3]);
@@ -96,7 +70,7 @@ pub fn is_ring(positions: &[Vec3], triangles: &[[u32; 3]], field: &[f64]) -> boo
         }
     }
     let mut size: HashMap<u32, usize> = HashMap::new();
-    let members: Vec<u32> = beyond.0.keys().copied().collect();
+    let members: Vec<u32> = beyond.members().collect();
     for &v in &members {
         *size.entry(beyond.root(v)).or_insert(0) += 1;
     }
@@ -107,7 +81,7 @@ pub fn is_ring(positions: &[Vec3], triangles: &[[u32; 3]], field: &[f64]) -> boo
 fn curves(positions: &[Vec3], triangles: &[[u32; 3]], field: &[f64], level: f64) -> Vec<Curve> {
     // Curves are told apart by the mesh edges they cross: two crossed edges of one triangle are on one curve.
     let mut name: HashMap<(u32, u32), u32> = HashMap::new();
-    let mut sets = Sets::default();
+    let mut sets = SparseSets::default();
     let mut pieces: Vec<(u32, Vec3, Vec3)> = Vec::new();
     for t in triangles {
         let mut crossed: Vec<(u32, Vec3)> = Vec::new();

@@ -15,6 +15,9 @@ const OPPOSITE: f64 = -0.866;
 /// radius.
 const TANGENT: f64 = 0.05;
 
+/// Square of the size, as a share of its distance, below which the box of a branch is as good as a point (3 degrees).
+const SMALL: f32 = 3e-3;
+
 /// More contacts than this are not told apart; they would be on all sides.
 const MOST: usize = 96;
 
@@ -166,6 +169,8 @@ pub(super) struct Contacts {
     pub apex: Option<[f64; 3]>,
     /// Contacts this much nearer than a known one, as a share, do not matter.
     rough: f64,
+    /// Small branches further than this (squared) are not looked at: they hardly reach into where contacts are.
+    pub edge2: f64,
     /// Cosine of what is left of that angle beyond the disk.
     sure: f64,
     /// The list, for quick looks.
@@ -200,14 +205,30 @@ impl Contacts {
     /// `gaps`, and at the squared distances `d2` or further. Of the children in `mask`, those that need a look.
     #[inline(always)]
     pub fn uncovered(&self, (node, slab): (&Node, &Slab), gaps: &[f32; 8], d2: &[f32; 8], mask: u32) -> u32 {
-        let (sure, chord) = (self.sure as f32, (0.9 * (2.0 - 2.0 * self.same)) as f32);
+        let (sure, chord) = (self.sure as f32, (2.0 - 2.0 * self.same) as f32);
+        let edge = self.edge2 as f32;
         let (mut left, mut out) = (mask, 0);
         while left != 0 {
             let k = (left.trailing_zeros() & 7) as usize;
             left &= left - 1;
             let towards = if gaps[k] > 0.0 { 1.0 } else { -1.0 };
             let up = std::array::from_fn(|a| towards * slab.axis[a][k]);
-            let bounds = std::array::from_fn(|a| node.bounds[a][k]);
+            let mut bounds = std::array::from_fn(|a| node.bounds[a][k]);
+            let (mut chord, mut size2) = (0.9 * chord, 0.0);
+            for a in 0..3 {
+                size2 += (bounds[a + 3] - bounds[a]) * (bounds[a + 3] - bounds[a]);
+            }
+            if size2 < SMALL * d2[k] {
+                // So small that its middle tells: else all along the border of what is covered would be looked at.
+                if d2[k] > edge {
+                    continue;
+                }
+                for a in 0..3 {
+                    let middle = (bounds[a] + bounds[a + 3]) / 2.0;
+                    (bounds[a], bounds[a + 3]) = (middle, middle);
+                }
+                chord /= 0.9;
+            }
             let covered =
                 self.seen.covers_plane(up, gaps[k].abs(), sure) || self.seen.covers_box(&bounds, d2[k], chord);
             out |= (!covered as u32) << k;

@@ -91,6 +91,11 @@ impl Exposed {
         self.faces
     }
 
+    /// Whether all of a caller's face is exposed.
+    pub fn is_whole(&self, face: u32) -> bool {
+        self.kept.as_ref().is_none_or(|kept| matches!(kept[face as usize], Kept::Whole(_)))
+    }
+
     /// Appends to `out` the faces of [`Exposed::mesh`] on which `p` (in its units) lies, among what is left of the
     /// caller's faces `parents`. None are left if `p` is buried.
     pub fn faces_at(&self, p: [f64; 3], parents: &[u32], out: &mut Vec<u32>) {

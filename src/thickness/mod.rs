@@ -4,6 +4,7 @@ pub mod bvh;
 pub mod chords;
 pub mod cone;
 mod contact;
+mod cover;
 mod exposed;
 pub mod inscribed;
 mod lanes;
@@ -13,6 +14,8 @@ pub mod sdf;
 mod tree;
 pub mod wall;
 
+#[cfg(test)]
+mod cover_tests;
 #[cfg(test)]
 #[path = "shapes.rs"]
 mod shapes;

@@ -53,21 +53,25 @@ impl RayMesh {
         let mut stop = Stop { s, contact: None, clear: 0.0 };
         for _ in 0..PASSES {
             let before = stop.s;
-            self.shrink_pass(lanes, stack, growth, slack, &mut stop);
-            // A smaller sphere that is not within the larger one has to be looked at again.
-            if stop.s == before || stop.s == 0.0 || growth.g > 1.0 - 1e-9 {
+            let seen = self.shrink_pass(lanes, stack, growth, slack, &mut stop);
+            // A smaller sphere that is not within what was seen has to be looked at again.
+            if stop.s == before || stop.s == 0.0 || (seen && growth.g > 1.0 - 1e-9) {
                 break;
             }
         }
         stop
     }
 
+    /// One pass over the tree. True if all that may reach into the sphere at its end was seen if spheres that follow
+    /// each other lie within each other.
     #[inline(always)]
-    fn shrink_pass<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, slack: f64, stop: &mut Stop) {
+    fn shrink_pass<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, slack: f64, stop: &mut Stop) -> bool {
         let (c, r) = growth.at(stop.s);
-        let mut shrinker = Shrinker { growth, slack, stop, c, inner: 0.0 };
+        let mut shrinker = Shrinker { growth, slack, stop, c, inner: 0.0, full: f64::INFINITY, seen: true };
+        shrinker.stop.clear = f64::INFINITY;
         shrinker.set(c, r);
         self.tree.approach(lanes, stack, c, shrinker.stop.clear, &mut shrinker);
+        shrinker.seen
     }
 
     /// Where the largest empty sphere about `c` touches the surface: all places within the share `tolerance` of its
@@ -143,12 +147,28 @@ struct Shrinker<'a> {
     c: [f64; 3],
     /// Surface may come this near to the centre.
     inner: f64,
+    /// What the clear radius was before any surface was found within it.
+    full: f64,
+    /// False if surface around an earlier, larger sphere was left out because nearer surface had been found.
+    seen: bool,
 }
+
+/// The clear radius may be too small by this share of the slack: surfaces at nearly the same distance all around are
+/// not all looked at.
+const BLUR: f64 = 0.1;
 
 impl Shrinker<'_> {
     #[inline(always)]
     fn set(&mut self, c: [f64; 3], r: f64) {
-        (self.c, self.inner, self.stop.clear) = (c, r * (1.0 - self.slack), r * (1.0 - self.slack / 2.0));
+        self.seen &= self.stop.clear >= self.full;
+        self.full = r * (1.0 - self.slack / 2.0);
+        (self.c, self.inner, self.stop.clear) = (c, r * (1.0 - self.slack), self.full);
+    }
+
+    /// There is surface at the distance `d`.
+    #[inline(always)]
+    fn see(&mut self, d: f64) {
+        self.stop.clear = self.stop.clear.min(d * (1.0 - BLUR * self.slack));
     }
 
     /// Shrinks to one triangle.
@@ -159,7 +179,7 @@ impl Shrinker<'_> {
             let w = sub(self.c, q);
             let d = dot(w, w).sqrt();
             if d >= self.inner {
-                self.stop.clear = self.stop.clear.min(d);
+                self.see(d);
                 break;
             }
             let s = self.growth.touch(q);
@@ -179,20 +199,23 @@ impl Visitor for Shrinker<'_> {
     fn visit(&mut self, block: &Block) -> ([f64; 3], f64) {
         let heights = block.heights(self.c);
         if heights.iter().all(|h| h.abs() >= self.inner) {
-            self.stop.clear = heights.iter().fold(self.stop.clear, |m, h| m.min(h.abs()));
+            self.see(heights.iter().fold(f64::INFINITY, |m, h| m.min(h.abs())));
         } else {
             let (d2, seen) = (block.distances2(self.c, &heights), self.c);
             for k in 0..4 {
                 if seen == self.c && d2[k] >= self.inner * self.inner {
-                    self.stop.clear = self.stop.clear.min(d2[k].sqrt());
+                    self.see(d2[k].sqrt());
                 } else {
                     self.meet(block.corners(k), block.face[k]);
                 }
             }
         }
-        (self.c, self.growth.at(self.stop.s).1 * (1.0 - self.slack / 2.0))
+        (self.c, self.stop.clear.max(self.inner))
     }
 }
+
+/// Small branches beyond this share of the tolerance are left out, so that what they hold is within it.
+const EDGE: f64 = 0.95;
 
 /// Finds where a sphere touches.
 struct Finder<'a> {
@@ -207,7 +230,9 @@ struct Finder<'a> {
 
 impl Visitor for Finder<'_> {
     #[inline(always)]
-    fn worth(&self, node: (&Node, &Slab), gaps: &[f32; 8], d2: &[f32; 8], mask: u32) -> u32 {
+    fn worth(&mut self, node: (&Node, &Slab), gaps: &[f32; 8], d2: &[f32; 8], mask: u32) -> u32 {
+        let edge = self.best * (1.0 + EDGE * (self.grown - 1.0));
+        self.contacts.edge2 = edge * edge;
         self.contacts.uncovered(node, gaps, d2, mask)
     }
 

@@ -75,7 +75,7 @@ pub(super) trait Visitor {
     /// Of the children in `mask`, those in which there may be something to see; their planes are at the signed
     /// distances `gaps`, they at the squared distances `d2` or further.
     #[inline(always)]
-    fn worth(&self, _node: (&Node, &Slab), _gaps: &[f32; 8], _d2: &[f32; 8], mask: u32) -> u32 {
+    fn worth(&mut self, _node: (&Node, &Slab), _gaps: &[f32; 8], _d2: &[f32; 8], mask: u32) -> u32 {
         mask
     }
 }

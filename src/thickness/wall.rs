@@ -128,12 +128,22 @@ impl WallMesh {
         parents: &[u32],
         job: &Job,
     ) -> Result<Walls> {
+        let (start, around) = self.around(positions, triangles, parents)?;
+        self.measure(positions, Parents::Around(&start, &around), job)
+    }
+
+    /// The parents around each vertex: where its list starts, and the lists.
+    pub(super) fn around(
+        &self,
+        positions: &[[f64; 3]],
+        triangles: &[[u32; 3]],
+        parents: &[u32],
+    ) -> Result<(Vec<usize>, Vec<u32>)> {
         let faces = self.surface.face_count() as u32;
         let stray = triangles.iter().flatten().any(|&v| v as usize >= positions.len());
         if triangles.len() != parents.len() || stray || parents.iter().any(|&f| f >= faces) {
             return Err(Error::Internal("wall widths: triangles and parents do not match".into()));
         }
-        // Parents around each vertex, one list after the other.
         let mut start = try_filled(positions.len() + 1, 0usize, "faces around vertices")?;
         triangles.iter().flatten().for_each(|&v| start[v as usize] += 1);
         let mut sum = 0;
@@ -148,10 +158,19 @@ impl WallMesh {
                 around[start[v as usize]] = parent;
             }
         }
-        self.measure(positions, Parents::Around(&start, &around), job)
+        Ok((start, around))
     }
 
-    fn measure(&self, points: &[[f64; 3]], parents: Parents, job: &Job) -> Result<Walls> {
+    pub(super) fn mesh(&self) -> &RayMesh {
+        self.surface.mesh()
+    }
+
+    /// Whether all of a face is surface of the part.
+    pub(super) fn is_whole(&self, face: u32) -> bool {
+        self.surface.is_whole(face)
+    }
+
+    pub(super) fn measure(&self, points: &[[f64; 3]], parents: Parents, job: &Job) -> Result<Walls> {
         let order = near_each_other(self.surface.mesh(), points)?;
         let pieces: Result<Vec<Vec<Outcome>>> = order
             .par_chunks(CHUNK)
@@ -184,7 +203,7 @@ impl WallMesh {
 
 /// The faces on which each point lies.
 #[derive(Debug, Clone, Copy)]
-enum Parents<'a> {
+pub(super) enum Parents<'a> {
     One(&'a [u32]),
     /// Where each point's list starts (and the last ends), and the lists.
     Around(&'a [usize], &'a [u32]),

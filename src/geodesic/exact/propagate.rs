@@ -23,8 +23,8 @@ const MAX_TOUCHED: usize = 256;
 pub(super) enum Arrival {
     /// Every direction may go on: sources and their like.
     Any,
-    /// Through the face of this corner, at this angle from the corner's first side.
-    Corner(u32, f64),
+    /// Through the face of this corner, at an angle of this sine and cosine (times a length) from its first side.
+    Corner(u32, f64, f64),
     /// Along this edge.
     Edge(u32),
 }
@@ -120,7 +120,7 @@ impl Wave<'_> {
             let (fx, fy) = (far - ax, -ay);
             let straight = (through - split).abs() <= STRAIGHT;
             let (bx, by) = if straight { (px - ax, -ay - py) } else { (through - ax, -ay) };
-            Arrival::Corner(index, (fx * by - fy * bx).abs().atan2(fx * bx + fy * by))
+            Arrival::Corner(index, (fx * by - fy * bx).abs(), fx * bx + fy * by)
         });
         let (b0, b1, base) = (w.b0, w.b1, c.len);
         self.carry(w, c, Ahead { code: c.left, len: c.left_len, b0, b1, px, split, ax, base, near: o, far: e });
@@ -190,7 +190,7 @@ impl Wave<'_> {
         let arrival = self.state.arrival[v as usize];
         let all = matches!(arrival, Arrival::Any) || self.state.bends[v as usize];
         let fan = mesh.fans[v as usize];
-        let from = if all || fan == Fan::Complex { 0.0 } else { self.arrival_angle(v, arrival) };
+        let from = if all || matches!(fan, Fan::Complex | Fan::Convex) { 0.0 } else { self.arrival_angle(v, arrival) };
         for &c in &mesh.around[corners] {
             let crossing = &mesh.crossings[c as usize];
             let corner = &mesh.corners[c as usize];
@@ -224,7 +224,7 @@ impl Wave<'_> {
         let mesh = self.mesh;
         match arrival {
             Arrival::Any => 0.0,
-            Arrival::Corner(c, angle) => mesh.corners[c as usize].start + angle,
+            Arrival::Corner(c, sine, cosine) => mesh.corners[c as usize].start + sine.atan2(cosine),
             Arrival::Edge(edge) => {
                 let corners = mesh.around_first[v as usize] as usize..mesh.around_first[v as usize + 1] as usize;
                 for &c in &mesh.around[corners] {

@@ -4,6 +4,7 @@
 //! or more (non-manifold). All lengths are scaled by a power of two so that the model is about 1 long.
 
 use crate::error::{Error, Located, Result, try_filled, try_vec};
+use crate::mesh::sets::Sets;
 use std::f64::consts::PI;
 
 /// Marks an absent index.
@@ -100,21 +101,6 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Root of `v` in a union-find forest, with path halving.
-fn find(parent: &mut [u32], mut v: u32) -> u32 {
-    while parent[v as usize] != v {
-        parent[v as usize] = parent[parent[v as usize] as usize];
-        v = parent[v as usize];
-    }
-    v
-}
-
-/// Joins two sets; the smaller index stands for the union.
-fn unite(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (find(parent, a), find(parent, b));
-    parent[a.max(b) as usize] = a.min(b);
 }
 
 fn check(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<()> {
@@ -340,15 +326,12 @@ impl Topology {
 
     fn label_components(&mut self) -> Result<()> {
         let n = self.points.len();
-        let mut parent = try_vec(n, "exact geodesics: components")?;
-        parent.extend(0..n as u32);
-        for [a, b] in &self.ends {
-            unite(&mut parent, *a, *b);
-        }
+        let mut sets = Sets::new(n)?;
+        self.ends.iter().for_each(|[a, b]| sets.join(*a, *b));
         self.component = try_filled(n, 0, "exact geodesics: components")?;
         self.component_size = try_filled(n, 0, "exact geodesics: components")?;
         for v in 0..n as u32 {
-            let root = find(&mut parent, v);
+            let root = sets.root(v);
             self.component[v as usize] = root;
             self.component_size[root as usize] += u32::from(self.rep[v as usize] == v);
         }
@@ -358,20 +341,18 @@ impl Topology {
 
 /// Merges the ends of edges of length zero: the two vertices are one point of the surface.
 fn collapse(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Result<(Vec<u32>, Vec<[u32; 3]>)> {
-    let mut rep = try_vec(points.len(), "exact geodesics: vertices")?;
-    rep.extend(0..points.len() as u32);
+    let mut same = Sets::new(points.len())?;
     for t in triangles {
         for k in 0..3 {
             let (a, b) = (t[k], t[(k + 1) % 3]);
             let d = sub(points[a as usize], points[b as usize]);
             if a != b && dot(d, d) < 1e-290 {
-                unite(&mut rep, a, b);
+                same.join(a, b);
             }
         }
     }
-    for v in 0..points.len() as u32 {
-        rep[v as usize] = find(&mut rep, v);
-    }
+    let mut rep = try_vec(points.len(), "exact geodesics: vertices")?;
+    rep.extend((0..points.len() as u32).map(|v| same.root(v)));
     let mut faces = try_vec(triangles.len(), "exact geodesics: faces")?;
     faces.extend(triangles.iter().map(|t| t.map(|v| rep[v as usize])));
     Ok((rep, faces))

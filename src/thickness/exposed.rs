@@ -8,6 +8,7 @@ use super::nearest::closest_on_triangle;
 use super::tree::Stack;
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
+use crate::mesh::sets::Sets;
 use rayon::prelude::*;
 
 /// A face is not cut into more pieces than this; what is left whole is judged by its middle.
@@ -131,18 +132,16 @@ struct Shells {
 impl Shells {
     /// None if no two shells come near each other.
     fn find(mesh: &RayMesh) -> Result<Option<Shells>> {
-        let mut root = try_filled(mesh.points.len(), 0u32, "shells")?;
-        root.iter_mut().enumerate().for_each(|(i, r)| *r = i as u32);
-        for t in &mesh.triangles {
-            let [a, b, c] = t.map(|v| find(&mut root, v));
-            let least = a.min(b).min(c);
-            [a, b, c].iter().for_each(|&r| root[r as usize] = least);
+        let mut sets = Sets::new(mesh.points.len())?;
+        for &[a, b, c] in &mesh.triangles {
+            sets.join(a, b);
+            sets.join(a, c);
         }
         let mut id = try_filled(mesh.points.len(), u32::MAX, "shells")?;
         let mut of = try_vec(mesh.face_count(), "shells")?;
         let (mut lo, mut hi) = (Vec::new(), Vec::new());
         for (f, t) in mesh.triangles.iter().enumerate() {
-            let r = find(&mut root, t[0]) as usize;
+            let r = sets.root(t[0]) as usize;
             if id[r] == u32::MAX {
                 id[r] = lo.len() as u32;
                 lo.push([f64::INFINITY; 3]);
@@ -172,14 +171,6 @@ impl Shells {
             self.closed[s] && (0..3).all(|a| lo[a] <= self.hi[s][a] && self.lo[s][a] <= hi[a])
         })
     }
-}
-
-fn find(root: &mut [u32], mut v: u32) -> u32 {
-    while root[v as usize] != v {
-        root[v as usize] = root[root[v as usize] as usize];
-        v = root[v as usize];
-    }
-    v
 }
 
 /// For each box the others that it meets, by a sweep along x.

@@ -261,9 +261,11 @@ TEST_CASE("features do not depend on size, direction, numbering and threads", "[
 
 TEST_CASE("features do not depend on the tessellation", "[feature]") {
     const Found coarse = find(pin_and_tube(5, 32)), fine = find(pin_and_tube(10, 64));
-    REQUIRE(coarse.info.size() == 4);
-    REQUIRE(fine.info.size() == 4);
     for (const Found *found : {&coarse, &fine}) {
+        REQUIRE(found->info.size() >= 4);
+        // the ring in the middle of the fillet may be a feature of its own, but no finding
+        CHECK(std::all_of(found->info.begin() + 4, found->info.end(),
+                          [](const ar_feature_info &f) { return f.severity == AR_SEVERITY_OK; }));
         // the discs, the tube, the pin
         const ar_feature_info &tube = found->info[2], &pin = found->info[3];
         CHECK(tube.kind == AR_FEATURE_WALL);

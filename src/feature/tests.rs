@@ -303,8 +303,8 @@ fn another_tessellation_gives_the_same_features() {
         let pin = &found.features[1];
         assert_eq!(pin.kind, Kind::Bar);
         near(pin.d2_max.width, 2.0, 0.03);
-        // from the end of the fillet to the middle of the top
-        near(pin.d1_max, 12.5 + 1.0, 0.02);
+        // from the end of the fillet to the middle of the top; teeth of the fillet's facets may stay on the pin
+        near(pin.d1_max, 12.5 + 1.0, 0.04);
     }
     (0..2).for_each(|k| near(coarse.features[k].ratio, fine.features[k].ratio, 0.03));
     let again = find(5, 32, 1);

@@ -123,6 +123,45 @@ const ar_feature_info &feature_of(const Found &found, const Blocks &solid, int l
     return info;
 }
 
+// Radii and heights from the axis and back to it, turned around the axis in `n` steps, moved along x.
+void turn(shapes::Mesh &mesh, const std::vector<std::array<double, 2>> &profile, std::uint32_t n, double x) {
+    const auto first = std::uint32_t(mesh.points.size());
+    const std::size_t rings = profile.size() - 2;
+    const auto at = [&](std::size_t i, std::uint32_t j) { return first + 1 + std::uint32_t(i) * n + j % n; };
+    const auto end = at(rings, 0);
+    mesh.points.push_back({x, 0, profile.front()[1]});
+    for (std::size_t i = 1; i <= rings; ++i) {
+        for (std::uint32_t j = 0; j < n; ++j) {
+            const double a = 2 * 3.14159265358979323846 * j / n, r = profile[i][0];
+            mesh.points.push_back({x + r * std::cos(a), r * std::sin(a), profile[i][1]});
+        }
+    }
+    mesh.points.push_back({x, 0, profile.back()[1]});
+    for (std::uint32_t j = 0; j < n; ++j) {
+        mesh.triangles.push_back({first, at(0, j + 1), at(0, j)});
+        mesh.triangles.push_back({at(rings - 1, j), at(rings - 1, j + 1), end});
+        for (std::size_t i = 0; i + 1 < rings; ++i) {
+            mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
+            mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
+        }
+    }
+}
+
+// A disc of 24 x 8 with a pin of 2 x 14 on a fillet of 1.5, and a disc of 24 x 8 with a blind tube of 10 x 12, 1.2 thick:
+// fillets in `steps`, circles in `n`.
+shapes::Mesh pin_and_tube(std::uint32_t steps, std::uint32_t n) {
+    shapes::Mesh mesh;
+    std::vector<std::array<double, 2>> pin{{0, -8}, {12, -8}, {12, 0}};
+    for (std::uint32_t k = 0; k <= steps; ++k) {
+        const double a = 0.5 * 3.14159265358979323846 * k / steps;
+        pin.push_back({1 + 1.5 * (1 - std::sin(a)), 1.5 * (1 - std::cos(a))});
+    }
+    pin.insert(pin.end(), {{1, 14}, {0, 14}});
+    turn(mesh, pin, n, 0);
+    turn(mesh, {{0, -8}, {12, -8}, {12, 0}, {5, 0}, {5, 12}, {3.8, 12}, {3.8, 0}, {0, 0}}, n, 40);
+    return mesh;
+}
+
 } // namespace
 
 TEST_CASE("a plate with a pin and a fin", "[feature]") {
@@ -217,6 +256,28 @@ TEST_CASE("features do not depend on size, direction, numbering and threads", "[
         CHECK(again.face == before.face);
         REQUIRE(again.info.size() == before.info.size());
         CHECK(std::memcmp(again.info.data(), before.info.data(), before.info.size() * sizeof(ar_feature_info)) == 0);
+    }
+}
+
+TEST_CASE("features do not depend on the tessellation", "[feature]") {
+    const Found coarse = find(pin_and_tube(5, 32)), fine = find(pin_and_tube(10, 64));
+    for (const Found *found : {&coarse, &fine}) {
+        REQUIRE(found->info.size() >= 4);
+        // the ring in the middle of the fillet may be a feature of its own, but no finding
+        CHECK(std::all_of(found->info.begin() + 4, found->info.end(),
+                          [](const ar_feature_info &f) { return f.severity == AR_SEVERITY_OK; }));
+        // the discs, the tube, the pin
+        const ar_feature_info &tube = found->info[2], &pin = found->info[3];
+        CHECK(tube.kind == AR_FEATURE_WALL);
+        CHECK(off(tube.d2_max, 1.2) <= 0.03);
+        CHECK(pin.kind == AR_FEATURE_BAR);
+        CHECK(off(pin.d2_max, 2) <= 0.03);
+        // from the end of the fillet to the middle of the top
+        CHECK(off(pin.d1_max, 12.5 + 1) <= 0.02);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+        CHECK(off(coarse.info[k].ratio, fine.info[k].ratio) <= 0.03);
+        CHECK(coarse.info[k].kind == fine.info[k].kind);
     }
 }
 

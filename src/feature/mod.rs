@@ -1,7 +1,8 @@
 //! Features: what a person would point at, with what they measure.
 //!
-//! The walk: the segments of [`crate::segment`] → [`widths`] at places spread over them → [`merge`] (what lies back to back is
-//! one wall) → [`split`] (thin walls flush with their body) → measures of each: [`lengths`], widths, [`kind`] → judged by [`limits`] → [`report`].
+//! The walk: the segments of [`crate::segment`] → [`widths`] at places spread over them → [`merge`] (what lies back to back
+//! is one wall) → [`split`] (thin walls flush with their body) → measures of each: [`lengths`] without the [`foot`], widths,
+//! [`kind`] → judged by [`limits`] → [`report`].
 //!
 //! A feature's slenderness is D1max / D2max: the longest shortest way on its own surface over its thickness. Its thickness
 //! is the width of the solid there where both sides belong to the feature, so that neither the fillet at its foot nor

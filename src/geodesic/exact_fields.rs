@@ -189,6 +189,13 @@ impl ExactFields {
         Ok(found?.into_iter().reduce(|m, x| if x.0 > m.0 { x } else { m }))
     }
 
+    /// The farthest of some points of the solver's mesh from another: how far, and its number.
+    pub fn farthest(&self, from: SurfacePoint, points: &[SurfacePoint], job: &Job) -> Result<Option<(f64, usize)>> {
+        let found = self.solve(from, &self.solver.prepare(points)?, job)?;
+        let far = found.queries.iter().copied().enumerate().filter(|(_, d)| d.is_finite());
+        Ok(far.fold(None, |m, (k, d)| if m.is_none_or(|m: (f64, usize)| d > m.0) { Some((d, k)) } else { m }))
+    }
+
     fn column(&self, sources: &[u32], job: &Job) -> Result<Vec<f64>> {
         let mut field = try_filled(self.component.len(), f64::NAN, "distances")?;
         for &s in sources {

@@ -238,8 +238,10 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument('programs')
     parser.add_argument('--parts')
-    parser.add_argument('sections', nargs='*', choices=[[], *SECTIONS])
-    given = parser.parse_args()
+    parser.add_argument('sections', nargs='*', help=' '.join(SECTIONS))
+    given = parser.parse_intermixed_args()
+    if unknown := [s for s in given.sections if s not in SECTIONS]:
+        parser.error(f'unknown sections {unknown}')
     model = next((line.split(':', 1)[1].strip() for line in open('/proc/cpuinfo', encoding='utf-8')
                   if line.startswith('model name')), platform.machine())
     peers = ', '.join(f'{p} {importlib.metadata.version(p)}' for p in ('potpourri3d', 'meshlib', 'pymeshlab'))

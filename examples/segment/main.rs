@@ -8,26 +8,9 @@
 
 use armesh::io::{self, Limits, RawMesh};
 use armesh::job::{CancelToken, Job};
-use armesh::mesh::{MeshOptions, MeshSource, NONE, TriMesh};
+use armesh::mesh::{MeshOptions, NONE, TriMesh};
 use armesh::segment::{Criterion, Method, SegmentOptions, Segmentation, segment};
 use std::io::Write;
-
-struct Source(RawMesh);
-
-impl MeshSource for Source {
-    fn vertex_count(&self) -> usize {
-        self.0.positions.len()
-    }
-    fn position(&self, i: usize) -> [f64; 3] {
-        self.0.positions[i]
-    }
-    fn face_count(&self) -> usize {
-        self.0.triangles.len()
-    }
-    fn triangle(&self, f: usize) -> [i64; 3] {
-        self.0.triangles[f].map(i64::from)
-    }
-}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut words = std::env::args().skip(1);
@@ -64,7 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let job = Job::new(threads, None, CancelToken::default());
     let (mesh, found, seconds) = job.run(None, || {
         let raw = io::load(part.as_ref(), &Limits::default(), &job)?;
-        let mesh = TriMesh::new(&Source(raw), &MeshOptions::default(), &job)?;
+        let mesh = TriMesh::new(&raw, &MeshOptions::default(), &job)?;
         let clock = std::time::Instant::now();
         let found = segment(&mesh, &options, &job)?;
         Ok((mesh, found, clock.elapsed().as_secs_f64()))

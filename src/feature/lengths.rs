@@ -8,7 +8,7 @@ use crate::error::{Error, Result, try_vec};
 use crate::geodesic::Ways;
 use crate::geodesic::exact::{Distances, ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
 use crate::job::Job;
-use crate::mesh::measure::{Vec3, add, area_vector, barycentric, bounding_box, corners, distance, dot, scale};
+use crate::mesh::measure::{Vec3, add, area_vector, at_weights, bounding_box, corners, distance, dot, scale};
 use crate::mesh::proxy::Proxy;
 use crate::mesh::simplify::{SimplifyOptions, nearest_in_triangle};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
@@ -230,7 +230,7 @@ fn nearest((positions, triangles): (&[Vec3], &[[u32; 3]]), p: Vec3, facing: Vec3
         if dot(area_vector(corner), facing) > 0.0 {
             let (w, squared) = nearest_in_triangle(corner, p);
             if squared < best.0 {
-                let at = add(add(scale(corner[0], w[0]), scale(corner[1], w[1])), scale(corner[2], w[2]));
+                let at = at_weights(corner, w);
                 best = (squared, Some((SurfacePoint::Face { face: face as u32, weights: w.map(|w| w.max(0.0)) }, at)));
             }
         }
@@ -248,10 +248,7 @@ fn samples(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<(Vec
     };
     let places = surface.positions[surface.input_vertices..].to_vec();
     let mut points = try_vec(places.len(), "samples")?;
-    for (&p, &face) in places.iter().zip(&surface.vertex_face) {
-        let corner = corners(positions, triangles[face as usize]);
-        points.push(SurfacePoint::Face { face, weights: barycentric(corner, p) });
-    }
+    points.extend(surface.added(positions, triangles).map(|(face, weights)| SurfacePoint::Face { face, weights }));
     Ok((points, places, surface.spacing))
 }
 

@@ -4,8 +4,10 @@
 //! Across them, the spheres that measure their width touch the other side.
 
 use super::widths::Place;
+use crate::error::Result;
 use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, add, area_vector, corners, norm};
+use crate::mesh::sets::Sets;
 use std::collections::BTreeMap;
 
 /// Share of a segment's area that must face another for both to be one wall.
@@ -14,7 +16,10 @@ const FACING: f64 = 0.5;
 const SHEET: f64 = 0.9;
 
 /// Segments joined: a new label for every old one, numbered by first old one. `places` as measured with `label`.
-pub fn back_to_back(positions: &[Vec3], triangles: &[[u32; 3]], label: &[u32], places: &[Place]) -> Vec<u32> {
+///
+/// # Errors
+/// [`crate::error::Error::NoMemory`].
+pub fn back_to_back(positions: &[Vec3], triangles: &[[u32; 3]], label: &[u32], places: &[Place]) -> Result<Vec<u32>> {
     let n = label.iter().map(|l| *l as usize + 1).max().unwrap_or(0);
     let mut vector = vec![[0.0; 3]; n];
     let mut area = vec![0.0; n];
@@ -37,19 +42,11 @@ pub fn back_to_back(positions: &[Vec3], triangles: &[[u32; 3]], label: &[u32], p
         a != b && share > FACING * measured[a as usize]
     };
     let sheet = |a: u32| norm(vector[a as usize]) > SHEET * area[a as usize];
-    let mut root: Vec<u32> = (0..n as u32).collect();
+    let mut sets = Sets::new(n)?;
     for &[a, b] in facing.keys() {
         if mostly(a, b) && (sheet(a) || mostly(b, a)) {
-            let (a, b) = (find(&root, a), find(&root, b));
-            root[a.max(b) as usize] = a.min(b);
+            sets.join(a, b);
         }
     }
-    (0..n as u32).map(|a| find(&root, a)).collect()
-}
-
-fn find(root: &[u32], mut a: u32) -> u32 {
-    while root[a as usize] != a {
-        a = root[a as usize];
-    }
-    a
+    Ok((0..n as u32).map(|a| sets.root(a)).collect())
 }

@@ -115,10 +115,10 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let walls = WallMesh::new(positions, &triangles, job)?;
     let places = widths::places(positions, &triangles, &rays, &walls, &segments, job)?;
     // --- segments back to back are one
-    let joined = merge::back_to_back(positions, &triangles, &segments, &places);
+    let joined = merge::back_to_back(positions, &triangles, &segments, &places)?;
     let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();
     // --- thin walls on thick bodies without a crease between
-    let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places);
+    let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places)?;
     let face_feature = numbered(positions, &triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures

@@ -4,7 +4,9 @@
 //! only. Its width tells it apart.
 
 use super::widths::Place;
+use crate::error::Result;
 use crate::mesh::measure::{area, corners, distance};
+use crate::mesh::sets::Sets;
 use crate::mesh::{NONE, Topology};
 use std::collections::BTreeMap;
 
@@ -21,13 +23,16 @@ const LARGE: f64 = 8.0;
 
 /// Labels with the thin walls of thick features split off: the label of each face, new ones after the old. `places` as
 /// measured on these faces.
+///
+/// # Errors
+/// [`crate::error::Error::NoMemory`].
 pub fn at_jumps(
     positions: &[[f64; 3]],
     triangles: &[[u32; 3]],
     topology: &Topology,
     label: &[u32],
     places: &[Place],
-) -> Vec<u32> {
+) -> Result<Vec<u32>> {
     // --- the width of every face that has places
     let mut sums = vec![(0.0, 0.0); triangles.len()];
     for p in places.iter().filter(|p| p.width.is_finite()) {
@@ -36,7 +41,7 @@ pub fn at_jumps(
     }
     let width: Vec<f64> = sums.iter().map(|s| if s.1 > 0.0 { s.0 / s.1 } else { f64::NAN }).collect();
     // --- pieces over which it does not jump
-    let mut root: Vec<u32> = (0..triangles.len() as u32).collect();
+    let mut sets = Sets::new(triangles.len())?;
     let mut unmeasured: Vec<(f64, [u32; 2])> = Vec::new();
     for e in 0..topology.edge_count() as u32 {
         let [h, g] = *topology.halfedges(e) else { continue };
@@ -48,38 +53,38 @@ pub fn at_jumps(
         if a.is_nan() || b.is_nan() {
             unmeasured.push((common_edge(positions, triangles[f as usize], triangles[g as usize]), [f, g]));
         } else if a.min(b) >= SMOOTH * a.max(b) {
-            join(&mut root, f, g);
+            sets.join(f, g);
         }
     }
     // --- faces without places go where they have most of their border: slivers beside a wall do not hang on its foot
     unmeasured.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut known: Vec<bool> = width.iter().map(|w| w.is_finite()).collect();
     for (_, [f, g]) in unmeasured {
-        let (a, b) = (find(&mut root, f), find(&mut root, g));
+        let (a, b) = (sets.root(f), sets.root(g));
         if !(known[a as usize] && known[b as usize]) {
             let either = known[a as usize] || known[b as usize];
-            join(&mut root, a, b);
-            known[find(&mut root, a) as usize] = either;
+            sets.join(a, b);
+            known[sets.root(a) as usize] = either;
         }
     }
-    let piece: Vec<u32> = (0..triangles.len() as u32).map(|f| find(&mut root, f)).collect();
+    let piece: Vec<u32> = (0..triangles.len() as u32).map(|f| sets.root(f)).collect();
     let split = split_off(positions, triangles, label, &piece, places);
     parted(positions, triangles, topology, label, split)
 }
 
 /// Connected faces of one label, named by one of them.
-fn connected(faces: usize, topology: &Topology, label: &[u32]) -> Vec<u32> {
-    let mut root: Vec<u32> = (0..faces as u32).collect();
+fn connected(faces: usize, topology: &Topology, label: &[u32]) -> Result<Vec<u32>> {
+    let mut sets = Sets::new(faces)?;
     for e in 0..topology.edge_count() as u32 {
         let sides = topology.halfedges(e);
         for pair in sides.windows(2) {
             let [f, g] = [pair[0] / 3, pair[1] / 3];
             if label[f as usize] == label[g as usize] {
-                join(&mut root, f, g);
+                sets.join(f, g);
             }
         }
     }
-    (0..faces as u32).map(|f| find(&mut root, f)).collect()
+    Ok((0..faces as u32).map(|f| sets.root(f)).collect())
 }
 
 /// Two blocks that hung together through a wall are two features once it is split off. What lay apart before stays one.
@@ -89,11 +94,12 @@ fn parted(
     topology: &Topology,
     before: &[u32],
     mut after: Vec<u32>,
-) -> Vec<u32> {
+) -> Result<Vec<u32>> {
     if before == after {
-        return after;
+        return Ok(after);
     }
-    let [was, is] = [before, &after].map(|label| connected(triangles.len(), topology, label));
+    let was = connected(triangles.len(), topology, before)?;
+    let is = connected(triangles.len(), topology, &after)?;
     let mut sizes: BTreeMap<u32, f64> = BTreeMap::new();
     for (f, &t) in triangles.iter().enumerate() {
         *sizes.entry(is[f]).or_insert(0.0) += area(corners(positions, t));
@@ -116,7 +122,7 @@ fn parted(
         }
     }
     after.iter_mut().zip(&is).for_each(|(l, k)| *l = new.get(k).copied().unwrap_or(*l));
-    after
+    Ok(after)
 }
 
 /// Length of the edge that two faces have in common.
@@ -171,17 +177,4 @@ fn split_off(
         }
     }
     piece.iter().zip(label).map(|(p, &l)| new.get(p).copied().unwrap_or(l)).collect()
-}
-
-fn join(root: &mut [u32], f: u32, g: u32) {
-    let (a, b) = (find(root, f), find(root, g));
-    root[a.max(b) as usize] = a.min(b);
-}
-
-fn find(root: &mut [u32], mut f: u32) -> u32 {
-    while root[f as usize] != f {
-        root[f as usize] = root[root[f as usize] as usize];
-        f = root[f as usize];
-    }
-    f
 }

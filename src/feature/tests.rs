@@ -6,31 +6,14 @@ use super::widths::Place;
 use super::*;
 use crate::job::CancelToken;
 use crate::mesh::measure::{add, area, cross, dot, scale, sub};
-use crate::mesh::{MeshOptions, MeshSource, NONE, Topology};
+use crate::mesh::{MeshOptions, NONE, Topology};
 use std::f64::consts::PI;
 
 type Faces = (Vec<Vec3>, Vec<[u32; 3]>);
 
-struct Source<'a>(&'a [Vec3], &'a [[u32; 3]]);
-
-impl MeshSource for Source<'_> {
-    fn vertex_count(&self) -> usize {
-        self.0.len()
-    }
-    fn position(&self, i: usize) -> [f64; 3] {
-        self.0[i]
-    }
-    fn face_count(&self) -> usize {
-        self.1.len()
-    }
-    fn triangle(&self, f: usize) -> [i64; 3] {
-        self.1[f].map(i64::from)
-    }
-}
-
 fn on_mesh<T: Send>(shape: &Faces, threads: usize, then: impl FnOnce(&TriMesh, &Job) -> Result<T> + Send) -> T {
     let job = Job::new(threads, None, CancelToken::default());
-    let run = || then(&TriMesh::new(&Source(&shape.0, &shape.1), &MeshOptions::default(), &job)?, &job);
+    let run = || then(&TriMesh::new(&(&shape.0[..], &shape.1[..]), &MeshOptions::default(), &job)?, &job);
     job.run(None, run).unwrap()
 }
 
@@ -182,11 +165,11 @@ fn back_to_back_is_one_wall() {
     }
     let label: Vec<u32> = [vec![0; 2], vec![1; 2], vec![2; 12]].concat();
     let facing = |share: f64| vec![place(0, 1.0, 2, share), place(1, 1.0, 5, 1.0 - share), place(2, 1.0, 0, 1.0)];
-    assert_eq!(merge::back_to_back(&p, &t, &label, &facing(0.9)), [0, 0, 2]);
+    assert_eq!(merge::back_to_back(&p, &t, &label, &facing(0.9)).unwrap(), [0, 0, 2]);
     // the second is a sheet that faces the first; the box is none, and its facing a sheet does not suffice
     let mut places = vec![place(0, 1.0, 5, 1.0), place(2, 1.0, NONE, 1.0), place(5, 1.0, 2, 1.0)];
     places[0].width = f64::NAN;
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places), [0, 1, 2]);
+    assert_eq!(merge::back_to_back(&p, &t, &label, &places).unwrap(), [0, 1, 2]);
 }
 
 #[test]
@@ -196,7 +179,7 @@ fn thin_walls_part_from_thick_bodies() {
     let topology = Topology::new(&p, &t).unwrap();
     let width = |f: u32| if f / 2 == 1 { 1.0 } else { 10.0 };
     let places: Vec<Place> = (0..6).map(|f| place(f, width(f), f ^ 1, 10.0)).collect();
-    let split = |label: &[u32], places: &[Place]| split::at_jumps(&p, &t, &topology, label, places);
+    let split = |label: &[u32], places: &[Place]| split::at_jumps(&p, &t, &topology, label, places).unwrap();
     let found = split(&[0; 12], &places);
     assert_eq!(found, [0, 0, 1, 1, 2, 2, 0, 0, 1, 1, 2, 2].map(|l| [0, 1, 2][l]));
     // a wall that faces something else is the face of a body

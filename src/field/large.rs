@@ -8,7 +8,7 @@ use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::{Eccentricity, ExactFields};
 use crate::job::{Job, Stage};
 use crate::mesh::NONE;
-use crate::mesh::measure::{Vec3, barycentric, corners};
+use crate::mesh::measure::Vec3;
 use crate::mesh::proxy::{Place, Proxy, places};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use rayon::prelude::*;
@@ -92,9 +92,8 @@ fn solve(
         }
     }
     points.extend(corner);
-    for (&p, &face) in surface.positions[surface.input_vertices..].iter().zip(&surface.vertex_face) {
-        points.push(Place { face, weights: barycentric(corners(&proxy.positions, proxy.triangles[face as usize]), p) });
-    }
+    let added = surface.added(&proxy.positions, &proxy.triangles);
+    points.extend(added.map(|(face, weights)| Place { face, weights }));
 
     // --- D1 of the points
     let whole = ExactFields::new(&surface.positions, &surface.triangles)?;

@@ -7,7 +7,7 @@ use crate::geodesic::exact::SurfacePoint;
 use crate::geodesic::{Eccentricity, ExactFields};
 use crate::job::Job;
 use crate::mesh::NONE;
-use crate::mesh::measure::{Vec3, add, barycentric, corners, cross, distance, dot, norm, scale, sub};
+use crate::mesh::measure::{Vec3, add, at_weights, barycentric, corners, cross, distance, dot, norm, scale, sub};
 use crate::mesh::simplify::nearest_in_triangle;
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 
@@ -77,10 +77,8 @@ fn place((positions, triangles): (&[Vec3], &[[u32; 3]]), point: SurfacePoint) ->
     match point {
         SurfacePoint::Vertex(v) => positions[v as usize],
         SurfacePoint::Face { face, weights } => {
-            let [a, b, c] = corners(positions, triangles[face as usize]);
             let sum: f64 = weights.iter().sum();
-            let whole = add(add(scale(a, weights[0]), scale(b, weights[1])), scale(c, weights[2]));
-            scale(whole, 1.0 / sum)
+            scale(at_weights(corners(positions, triangles[face as usize]), weights), 1.0 / sum)
         }
     }
 }
@@ -89,11 +87,8 @@ fn place((positions, triangles): (&[Vec3], &[[u32; 3]]), point: SurfacePoint) ->
 fn samples((positions, triangles): (&[Vec3], &[[u32; 3]]), job: &Job) -> Result<(Vec<SurfacePoint>, f64)> {
     let options = SurfaceOptions { target_vertices: SAMPLES, max_added: 2 * SAMPLES, ..SurfaceOptions::default() };
     let surface = AnalysisSurface::refine(positions, triangles, &options, job)?;
-    let places = &surface.positions[surface.input_vertices..];
-    let mut points = try_vec(places.len(), "samples")?;
-    for (&p, &face) in places.iter().zip(&surface.vertex_face) {
-        points.push(SurfacePoint::Face { face, weights: barycentric(corners(positions, triangles[face as usize]), p) });
-    }
+    let mut points = try_vec(surface.vertex_face.len(), "samples")?;
+    points.extend(surface.added(positions, triangles).map(|(face, weights)| SurfacePoint::Face { face, weights }));
     Ok((points, surface.spacing))
 }
 
@@ -124,7 +119,7 @@ fn around(mesh: (&[Vec3], &[[u32; 3]]), point: SurfacePoint, radius: f64) -> Res
         if !(n > 0.0 && m > 0.0) {
             continue;
         }
-        let foot = add(add(scale(a, weights[0]), scale(b, weights[1])), scale(c, weights[2]));
+        let foot = at_weights(triangle, weights);
         let inside = |u: Vec3, v: Vec3, p: Vec3| dot(cross(sub(u, p), sub(v, p)), normal) >= 0.0;
         for (i, j) in (-GRID..=GRID).flat_map(|i| (-GRID..=GRID).map(move |j| (i, j))) {
             let [i, j] = [i, j].map(|k| radius * k as f64 / GRID as f64);

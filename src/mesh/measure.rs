@@ -76,6 +76,11 @@ pub fn barycentric(triangle: [Vec3; 3], p: Vec3) -> [f64; 3] {
     if weights.iter().sum::<f64>() > 0.0 { weights } else { [1.0 / 3.0; 3] }
 }
 
+/// The point of a triangle with these barycentric coordinates, which sum to 1.
+pub fn at_weights([a, b, c]: [Vec3; 3], weights: [f64; 3]) -> Vec3 {
+    add(add(scale(a, weights[0]), scale(b, weights[1])), scale(c, weights[2]))
+}
+
 /// Smallest box with sides along the axes, `(lower, upper)` corners; (+inf, -inf) when there are no points.
 pub fn bounding_box(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
     points.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(mut lo, mut hi), p| {

@@ -163,7 +163,7 @@ impl Around<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::measure::{add, distance, norm, scale};
+    use crate::mesh::measure::{at_weights, distance, norm};
     use crate::mesh::shapes::{grid_box, icosphere};
 
     fn proxy(shape: &(Vec<Vec3>, Vec<[u32; 3]>), faces: usize, error: f64) -> Proxy {
@@ -172,8 +172,7 @@ mod tests {
     }
 
     fn on(proxy: &Proxy, place: &Place) -> Vec3 {
-        let [a, b, c] = corners(&proxy.positions, proxy.triangles[place.face as usize]);
-        add(add(scale(a, place.weights[0]), scale(b, place.weights[1])), scale(c, place.weights[2]))
+        at_weights(corners(&proxy.positions, proxy.triangles[place.face as usize]), place.weights)
     }
 
     #[test]

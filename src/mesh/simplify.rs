@@ -9,7 +9,7 @@
 //! (Dey et al. 1999), a boundary vertex moves along the boundary, one with non-manifold surroundings not at all.
 
 use super::NONE;
-use super::measure::{Vec3, add, area_vector, bounding_box, corners, cross, distance, dot, norm, scale, sub};
+use super::measure::{Vec3, area_vector, at_weights, bounding_box, corners, cross, distance, dot, norm, scale, sub};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
@@ -370,9 +370,8 @@ impl Work {
 pub fn nearest_in_triangle([a, b, c]: [Vec3; 3], p: Vec3) -> ([f64; 3], f64) {
     let n = area_vector([a, b, c]);
     let nn = dot(n, n);
-    let at = |w: [f64; 3]| add(add(scale(a, w[0]), scale(b, w[1])), scale(c, w[2]));
     let squared = |w: [f64; 3]| {
-        let d = sub(at(w), p);
+        let d = sub(at_weights([a, b, c], w), p);
         (w, dot(d, d))
     };
     if nn > 0.0 {

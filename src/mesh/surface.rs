@@ -16,7 +16,7 @@ mod split;
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::intrinsic::IntrinsicMesh;
-use crate::mesh::measure::{cross, norm, sub};
+use crate::mesh::measure::{barycentric, corners, cross, norm, sub};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -90,6 +90,13 @@ impl AnalysisSurface {
         out.vertex_face = sites.faces.clone();
         out.cut(triangles, &sites, job)?;
         Ok(out)
+    }
+
+    /// The vertices that were added, in their order, as the face of the input (`positions`, `triangles`) that each lies in
+    /// and its barycentric coordinates there.
+    pub fn added(&self, positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> impl Iterator<Item = (u32, [f64; 3])> {
+        let places = self.positions[self.input_vertices..].iter().zip(&self.vertex_face);
+        places.map(|(&p, &face)| (face, barycentric(corners(positions, triangles[face as usize]), p)))
     }
 
     /// The mesh as given, as its own analysis surface; `spacing` is 0.

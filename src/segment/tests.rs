@@ -2,25 +2,8 @@ use super::testshapes::{Composite, adjusted_rand, composites, dumbbell, plate_wi
 use super::*;
 use crate::job::CancelToken;
 use crate::mesh::measure::scale;
-use crate::mesh::{MeshOptions, MeshSource, shapes};
+use crate::mesh::{MeshOptions, shapes};
 use std::f64::consts::PI;
-
-struct Source<'a>(&'a [Vec3], &'a [[u32; 3]]);
-
-impl MeshSource for Source<'_> {
-    fn vertex_count(&self) -> usize {
-        self.0.len()
-    }
-    fn position(&self, i: usize) -> [f64; 3] {
-        self.0[i]
-    }
-    fn face_count(&self) -> usize {
-        self.1.len()
-    }
-    fn triangle(&self, f: usize) -> [i64; 3] {
-        self.1[f].map(i64::from)
-    }
-}
 
 fn run_on(
     positions: &[Vec3],
@@ -30,7 +13,7 @@ fn run_on(
 ) -> Result<Segmentation> {
     let job = Job::new(threads, None, CancelToken::default());
     job.run(None, || {
-        let mesh = TriMesh::new(&Source(positions, triangles), &MeshOptions::default(), &job)?;
+        let mesh = TriMesh::new(&(positions, triangles), &MeshOptions::default(), &job)?;
         segment(&mesh, options, &job)
     })
 }
@@ -247,7 +230,7 @@ fn the_dense_method_refuses_large_meshes_and_small_budgets() {
     }
     let job = Job::new(1, Some(1 << 20), CancelToken::default());
     let out = job.run(None, || {
-        let mesh = TriMesh::new(&Source(&p, &t), &MeshOptions::default(), &Job::default())?;
+        let mesh = TriMesh::new(&(&p[..], &t[..]), &MeshOptions::default(), &Job::default())?;
         segment(&mesh, &SegmentOptions::default(), &job)
     });
     assert!(matches!(out, Err(Error::Budget(_))));
@@ -313,7 +296,7 @@ fn a_raised_flag_stops_the_work() {
         }),
         || {
             let mesh =
-                TriMesh::new(&Source(&shape.positions, &shape.triangles), &MeshOptions::default(), &Job::default())?;
+                TriMesh::new(&(&shape.positions[..], &shape.triangles[..]), &MeshOptions::default(), &Job::default())?;
             segment(&mesh, &SegmentOptions::default(), &job)
         },
     );

@@ -6,7 +6,7 @@
 //!
 //! The report holds `face_feature`, the segment of every triangle of the file (-1: none), and `features` with `id`, `ratio` and more.
 
-use armesh::io::{self, Limits, RawMesh};
+use armesh::io::{self, Limits};
 use armesh::job::{CancelToken, Job};
 use armesh::mesh::{MeshOptions, NONE, TriMesh};
 use armesh::segment::{Criterion, Method, SegmentOptions, Segmentation, segment};

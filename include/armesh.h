@@ -846,7 +846,7 @@ ar_status ar_geodesic_distance(const ar_mesh *mesh,
 /// criterion: the number of parts whose borders turn most into concave creases for their length. The default.
 #define AR_CRITERION_CREASES 0
 
-/// criterion: the number before the largest fall of the eigenvalues.
+/// criterion: the number before the largest fall of the eigenvalues after the first; at least 2.
 #define AR_CRITERION_EIGENGAP 1
 
 /// criterion: the number with the largest mean silhouette.

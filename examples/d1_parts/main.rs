@@ -66,9 +66,10 @@ fn measure(part: &Path, options: &Options, totals: &mut Totals) -> Result<(), Fa
     let [d1, d2] = [Stage::Geodesic, Stage::Thickness].map(|s| f.seconds[s as usize]);
     let d1 = d1 + f.seconds[Stage::Factor as usize] + f.seconds[Stage::Surface as usize];
     print!(
-        "{name:40.40} {:6} faces {:4} solves gap {gap:.3} D1 {d1:5.2} s D2 {d2:5.2} s",
+        "{name:40.40} {:6} faces {:4} solves gap {gap:.3} stated error {:.4} D1 {d1:5.2} s D2 {d2:5.2} s",
         mesh.triangles().len(),
-        f.solves
+        f.solves,
+        f.accuracy.error
     );
     totals.seconds.push(seconds);
     let (mut worst, mut held) = (0.0f64, 0);

@@ -32,7 +32,7 @@ pub const AR_SEGMENT_LANDMARKS: u32 = 2;
 
 /// criterion: the number of parts whose borders turn most into concave creases for their length. The default.
 pub const AR_CRITERION_CREASES: u32 = 0;
-/// criterion: the number before the largest fall of the eigenvalues.
+/// criterion: the number before the largest fall of the eigenvalues after the first; at least 2.
 pub const AR_CRITERION_EIGENGAP: u32 = 1;
 /// criterion: the number with the largest mean silhouette.
 pub const AR_CRITERION_SILHOUETTE: u32 = 2;

@@ -3,9 +3,9 @@
 
 use super::Options;
 use super::accuracy::{Accuracy, Method, pair, probes, stretch};
-use super::print::{Lengths, MOST_DISTORTION, far_ends, measure, stand_in};
+use super::print::{Lengths, far_ends, measure, stand_in};
 use crate::error::{Error, Result, try_filled, try_vec};
-use crate::geodesic::{Eccentricity, ExactFields};
+use crate::geodesic::{Eccentricity, ExactFields, Mode};
 use crate::job::{Job, Stage};
 use crate::mesh::NONE;
 use crate::mesh::measure::Vec3;
@@ -23,8 +23,12 @@ const REFERENCE_SHARES: [f64; 3] = [2e-4, 1e-3, 5e-3];
 const PROXIES: [(usize, f64); 4] = [(500, 2e-3), (1_000, 1e-3), (3_000, 2.5e-4), (REFERENCE_FACES, 0.0)];
 /// Two fields see a part of the distortion that all have: it is taken to be this many times as large.
 const UNSEEN: f64 = 2.0;
+/// Distances on the mesh that stands in may be off by this share of the largest, as two fields see it.
+const MOST_DISTORTION: f64 = 0.004;
 /// Every place is this near to a point, as a share of their spacing.
 const COVERED: f64 = 0.7;
+/// Share of the tolerance that is left to the search, however much of it the rest takes.
+const LEAST: f64 = 0.5;
 /// Points that D1 is solved for at.
 const POINTS: usize = 4_000;
 
@@ -39,6 +43,7 @@ pub(super) fn lengths(positions: &[Vec3], triangles: &[[u32; 3]], options: &Opti
     let exact = ExactFields::new(&reference.positions, &reference.triangles)?;
     let sources = probes(&reference.positions, &reference.triangles);
     let truth = pair(&exact, sources, job)?;
+    let longest = truth.iter().flatten().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let (component, components) = exact.components();
     for (faces, share) in PROXIES {
         let proxy = stand_in(&reference.positions, &reference.triangles, faces, share, job)?;
@@ -54,7 +59,7 @@ pub(super) fn lengths(positions: &[Vec3], triangles: &[[u32; 3]], options: &Opti
                 onto: reference.onto.iter().map(|&v| if v == NONE { NONE } else { proxy.onto[v as usize] }).collect(),
                 ..proxy
             };
-            return solve((positions, triangles), &proxy, (factor, error), options, job);
+            return solve((positions, triangles), &proxy, (factor, error, longest), options, job);
         }
     }
     Err(Error::Numeric("the mesh does not simplify".into()))
@@ -75,7 +80,7 @@ fn reference(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Pr
 fn solve(
     (positions, triangles): (&[Vec3], &[[u32; 3]]),
     proxy: &Proxy,
-    (factor, error): (f64, f64),
+    (factor, error, longest): (f64, f64, f64),
     options: &Options,
     job: &Job,
 ) -> Result<Lengths> {
@@ -105,9 +110,16 @@ fn solve(
     job.begin(Stage::Geodesic, 0.42, 0.9, surface.positions.len() as u64)?;
     let accuracy = Accuracy::on(Method::ExactOnProxy, &proxy.positions, &proxy.triangles);
     let solved = (&proxy.positions[..], &proxy.triangles[..], accuracy);
-    let mut found = measure(&fields, &surface.positions, &far, solved, options, job)?;
-    // the farthest vertex need not be one of the points, but is this near to one
-    found.d1.upper.iter_mut().for_each(|d| *d += COVERED * surface.spacing);
+    // the farthest vertex need not be one of the points, but is this near to one; no D1 is less than half the largest
+    let beyond = COVERED * surface.spacing;
+    let d1 = match options.d1 {
+        Mode::Certified { tolerance } => {
+            Mode::Certified { tolerance: (tolerance - 2.0 * beyond / longest).max(LEAST * tolerance) }
+        }
+        Mode::AllSources => Mode::AllSources,
+    };
+    let mut found = measure(&fields, &surface.positions, &far, solved, &Options { d1, ..*options }, job)?;
+    found.d1.upper.iter_mut().for_each(|d| *d += beyond);
 
     // --- and of the vertices
     job.begin(Stage::Geodesic, 0.97, 1.0, 1)?;

@@ -96,7 +96,8 @@ pub struct Eccentricity {
     /// by it.
     pub slack: f64,
     /// By how much values may fall short, as a share of the distance: the widest gap between bounds, times the largest
-    /// share of its gap that a vertex's value rose by when a field from it was added.
+    /// share of its gap that a vertex's value rose by when a field from its end was added, and by how much vertices that
+    /// may not be the far end were seen to be farther.
     pub missed: f64,
     /// By component, the longest distance in any field, far end or not, and its two vertices.
     pub longest: Vec<(f64, [u32; 2])>,
@@ -114,11 +115,7 @@ pub fn eccentricity<S: DistanceFields>(
     match mode {
         Mode::AllSources => all_sources(solver, targets, job),
         Mode::Certified { tolerance } if tolerance > 0.0 && tolerance.is_finite() => {
-            let far = members(solver, targets.far)?;
-            let columns = far.iter().map(Vec::len).max().unwrap_or(0);
-            if solver.has_spare_for(columns) {
-                from_far_ends(solver, targets, &far, job)
-            } else if S::METRIC {
+            if S::METRIC {
                 meeting::meeting(solver, positions, targets, tolerance, solver.known(), job)
             } else {
                 certified(solver, positions, targets, tolerance, job)
@@ -147,48 +144,6 @@ fn all_sources<S: DistanceFields>(solver: &S, targets: Targets<'_>, job: &Job) -
             (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (far.1, far.0, far.1, all.1);
         }
         out.solves += 1;
-    }
-    Ok(out)
-}
-
-/// The same from the other side: with a field of every far end, all distances that matter are known.
-fn from_far_ends<S: DistanceFields>(
-    solver: &S,
-    targets: Targets<'_>,
-    far: &[Vec<u32>],
-    job: &Job,
-) -> Result<Eccentricity> {
-    const BLOCK: usize = 64;
-    let mut out = Eccentricity::unknown(solver)?;
-    let count = far.iter().map(Vec::len).max().unwrap_or(0);
-    let columns: Vec<Vec<u32>> = (0..count).map(|k| far.iter().filter_map(|m| m.get(k).copied()).collect()).collect();
-    // Vertices that are no corners of the shape may be farther still: by as much as is seen from the corners.
-    let mut beyond = 0.0f64;
-    for block in columns.chunks(BLOCK) {
-        let fields = solver.for_each_column(&slices(block), job, |_, field| field.to_vec())?;
-        for (sources, field) in block.iter().zip(&fields) {
-            let ends = farthest(solver, targets.far, field);
-            let mut source = vec![NONE; ends.len()];
-            for &s in sources {
-                let component = solver.component()[s as usize] as usize;
-                source[component] = s;
-                out.lengthen(component, s, ends[component].all);
-                let End { far, all } = ends[component];
-                beyond = if far.1 > 0.0 { beyond.max(all.1 / far.1 - 1.0) } else { beyond };
-            }
-            for (v, &d) in field.iter().enumerate().filter(|(v, d)| targets.ask[*v] && !d.is_nan()) {
-                let s = source[solver.component()[v] as usize];
-                if !(d <= out.distance[v]) {
-                    (out.distance[v], out.farthest[v]) = (d, s);
-                }
-            }
-            out.solves += sources.len();
-        }
-    }
-    let (long, short) = solver.error();
-    for v in 0..out.distance.len() {
-        out.lower[v] = out.distance[v] * (1.0 - long);
-        out.upper[v] = out.distance[v] * (1.0 + short + beyond);
     }
     Ok(out)
 }

@@ -60,7 +60,7 @@ pub enum Criterion {
     /// The partition whose borders turn most into concave creases, for their length.
     #[default]
     Creases,
-    /// The largest fall of the eigenvalues.
+    /// The largest fall of the eigenvalues after the first; at least 2 parts.
     Eigengap,
     /// The largest mean silhouette of the clusters.
     Silhouette,

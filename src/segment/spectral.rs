@@ -157,9 +157,10 @@ impl Embedding {
         if total > 0.0 { sum / total } else { 0.0 }
     }
 
-    /// The number of clusters before the largest fall of the eigenvalues, at least 1.
+    /// The number of clusters before the largest fall of the eigenvalues, at least 2 where there are so many: the first
+    /// eigenvector is the trivial one, and the fall after it mostly the largest.
     pub fn eigengap(&self) -> usize {
         let fall = |k: usize| self.values[k - 1] - self.values[k];
-        (1..self.values.len()).max_by(|&a, &b| fall(a).total_cmp(&fall(b)).then(b.cmp(&a))).unwrap_or(1)
+        (2..self.values.len()).max_by(|&a, &b| fall(a).total_cmp(&fall(b)).then(b.cmp(&a))).unwrap_or(1)
     }
 }

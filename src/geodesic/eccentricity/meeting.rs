@@ -7,6 +7,10 @@
 //! On a sphere a dozen sources bound every vertex to a few percent by this; ecc(s) + d(s,v) takes a source within a few
 //! percent of every vertex. And the u at which the maximum is found is the far end whose field is worth having: it tells
 //! the values of all vertices that may be farthest from there. Only for distances that obey the triangle inequality.
+//!
+//! First the far ends are the corners of the shape, which every triangulation of it has: they decide the values. Then they
+//! are all vertices, until the bounds hold for those too; where that shows a value to be short by more than is allowed, the
+//! distance that showed it is taken instead.
 
 use super::{DistanceFields, Eccentricity, FINE, Targets, members, slices};
 use crate::error::{Error, Result, try_filled, try_vec};
@@ -21,12 +25,16 @@ const LANES: usize = 8;
 const CHUNK: usize = 16;
 /// Relative margin for the rounding of single precision.
 const ROUNDING: f64 = 1e-6;
+/// Fields that are kept at a time.
+const BLOCK: usize = 64;
 /// Vertices that are looked at for the next sources, while there are many to choose from.
 const LOOKED_AT: usize = 1_000;
 /// What distances may be off by is taken from the tolerance, but at least this share of it is left.
 const LEAST_AIM: f64 = 0.4;
 /// Share of the rest that is aimed at: values are as far off as their lower bounds, and those by up to the whole gap.
 const AIM: f64 = 0.6;
+/// The same once any vertex may be the far end: values are known by then, and only bounds are wanted.
+const ANY_AIM: f64 = 0.95;
 
 /// A column of sources, at most one a component, and its field.
 pub type Column = (Vec<u32>, Vec<f64>);
@@ -178,7 +186,9 @@ impl Ends {
 /// What is known between two rounds.
 struct Search<'a, S> {
     solver: &'a S,
-    targets: Targets<'a>,
+    ask: &'a [bool],
+    /// What may be a far end by now.
+    far: Vec<bool>,
     state: Eccentricity,
     done: Vec<bool>,
     table: Ways,
@@ -187,13 +197,16 @@ struct Search<'a, S> {
     solved: Vec<usize>,
     /// Largest share of its gap that a value rose by when it was looked into.
     risen: f64,
+    /// The distances to corners when those were known, and which corners.
+    to_corners: (Vec<f64>, Vec<u32>),
 }
 
 impl<S: DistanceFields> Search<'_, S> {
     fn take(&mut self, sources: &[u32], field: &[f64]) -> Result<()> {
         self.table.add(field)?;
         self.ends.add(field, self.table.scale)?;
-        self.state.update(self.solver, self.targets, sources, field);
+        let targets = Targets { ask: self.ask, far: &self.far };
+        self.state.update(self.solver, targets, sources, field);
         for &s in sources {
             self.done[s as usize] = true;
             self.solved[self.solver.component()[s as usize] as usize] += 1;
@@ -259,6 +272,38 @@ impl<S: DistanceFields> Search<'_, S> {
         out
     }
 
+    /// Solves for the fields of all corners.
+    fn all_corners(&mut self, job: &Job) -> Result<()> {
+        let left = |ends: &Vec<u32>| ends.iter().copied().filter(|&v| !self.done[v as usize]).collect();
+        let left: Vec<Vec<u32>> = self.ends.vertices.iter().map(left).collect();
+        let count = left.iter().map(Vec::len).max().unwrap_or(0);
+        let columns: Vec<Vec<u32>> =
+            (0..count).map(|k| left.iter().filter_map(|m| m.get(k).copied()).collect()).collect();
+        for block in columns.chunks(BLOCK) {
+            let fields = self.solver.for_each_column(&slices(block), job, |_, field| field.to_vec())?;
+            block.iter().zip(&fields).try_for_each(|(sources, field)| self.take(sources, field))?;
+        }
+        Ok(())
+    }
+
+    /// From here on any vertex may be the far end, corner or not: forgets the upper bounds, which were for corners.
+    fn any_end(&mut self, asked: &[Vec<u32>]) -> Result<()> {
+        let asked = || asked.iter().flatten().map(|&v| v as usize);
+        let gaps = asked().map(|v| self.state.upper[v] / self.state.lower[v] - 1.0);
+        self.state.missed = self.risen * gaps.filter(|g| g.is_finite()).fold(0.0, f64::max);
+        asked().for_each(|v| self.state.upper[v] = f64::INFINITY);
+        let n = self.far.len();
+        self.to_corners = (try_vec(n, "distances")?, try_vec(n, "far ends")?);
+        self.to_corners.0.extend_from_slice(&self.state.distance);
+        self.to_corners.1.extend_from_slice(&self.state.farthest);
+        self.far.fill(true);
+        self.ends = Ends::new(members(self.solver, &self.far)?);
+        for (vertices, columns) in self.ends.vertices.iter().zip(&mut self.ends.columns) {
+            *columns = self.table.columns(vertices)?;
+        }
+        Ok(())
+    }
+
     /// By how much values rose, at most, when they were looked into: a share of their gap. Pick k is in `fields[k]`.
     fn learn(&mut self, picks: &[(u32, Open)], fields: &[Vec<f64>]) {
         for ((_, open), field) in picks.iter().zip(fields).filter(|((_, o), _)| o.end != NONE) {
@@ -269,28 +314,27 @@ impl<S: DistanceFields> Search<'_, S> {
         }
     }
 
-    /// Upper bounds of the distance to any vertex, whether it may be a far end or not, and what the distances are short of.
-    fn conclude(mut self, asked: &[Vec<u32>], aim: f64) -> Result<Eccentricity> {
+    /// Upper bounds no wider than they need be, what the values are short of, and for values the distances to corners,
+    /// which another triangulation has too, wherever they are right to `tolerance`.
+    fn conclude(mut self, asked: &[Vec<u32>], aim: f64, tolerance: f64) -> Eccentricity {
         let (long, short) = self.solver.error();
-        let everywhere = try_filled(self.done.len(), true, "bounds")?;
-        self.ends = Ends::new(members(self.solver, &everywhere)?);
-        for (vertices, columns) in self.ends.vertices.iter().zip(&mut self.ends.columns) {
-            *columns = self.table.columns(vertices)?;
-        }
-        let mut open = 0.0f64;
         for (component, asked) in asked.iter().enumerate().filter(|(_, a)| !a.is_empty()) {
-            let gap = |&v: &u32| self.state.upper[v as usize] / self.state.lower[v as usize] - 1.0;
-            open = asked.iter().map(gap).filter(|g| g.is_finite()).fold(open, f64::max);
             asked.iter().for_each(|&v| self.state.upper[v as usize] = f64::INFINITY);
-            self.look(component, asked, 0.5 * aim);
+            self.look(component, asked, aim);
         }
         let state = &mut self.state;
-        state.missed = self.risen * open;
+        let mut beyond = 0.0f64;
         for v in asked.iter().flatten().map(|&v| v as usize) {
-            state.lower[v] = (state.lower[v] - long * state.upper[v]).min(state.distance[v]);
-            state.upper[v] = (state.upper[v] * (1.0 + short)).max(state.distance[v]);
+            let (lower, upper) = (state.lower[v] - long * state.upper[v], state.upper[v] * (1.0 + short));
+            let to_corners = self.to_corners.0[v];
+            if upper - lower.min(to_corners) <= tolerance * to_corners {
+                beyond = if to_corners > 0.0 { beyond.max(state.distance[v] / to_corners - 1.0) } else { beyond };
+                (state.distance[v], state.farthest[v]) = (to_corners, self.to_corners.1[v]);
+            }
+            (state.lower[v], state.upper[v]) = (lower.min(state.distance[v]), upper.max(state.distance[v]));
         }
-        Ok(self.state)
+        state.missed += beyond;
+        self.state
     }
 }
 
@@ -310,25 +354,34 @@ pub fn meeting<S: DistanceFields>(
     let far = members(solver, targets.far)?;
     let mut asked = members(solver, targets.ask)?;
     asked.iter_mut().zip(&far).filter(|(_, far)| far.is_empty()).for_each(|(asked, _)| asked.clear());
+    let mut corners = try_vec(n, "far ends")?;
+    corners.extend_from_slice(targets.far);
     let mut search = Search {
         solver,
-        targets,
+        ask: targets.ask,
+        far: corners,
         state: Eccentricity::unknown(solver)?,
         done: try_filled(n, false, "sources")?,
         table: Ways::default(),
         ends: Ends::new(far),
         solved: vec![0; solver.component_count()],
         risen: 0.0,
+        to_corners: (Vec::new(), Vec::new()),
     };
     let state = &mut search.state;
     for v in asked.iter().flatten().map(|&v| v as usize) {
         (state.distance[v], state.lower[v], state.upper[v]) = (0.0, 0.0, f64::INFINITY);
     }
     known.iter().try_for_each(|(sources, field)| search.take(sources, field))?;
+    if solver.has_spare_for(search.ends.vertices.iter().map(Vec::len).max().unwrap_or(0)) {
+        search.all_corners(job)?;
+    }
     let (long, short) = solver.error();
-    let coarse = AIM * (tolerance - long - short).max(LEAST_AIM * tolerance);
+    let room = (tolerance - long - short).max(LEAST_AIM * tolerance);
+    let fine = |aim: f64| if solver.has_spare() { aim.min(FINE) } else { aim };
+    let mut corners_only = true;
     loop {
-        let aim = if solver.has_spare() { coarse.min(FINE) } else { coarse };
+        let aim = if corners_only { fine(AIM * room) } else { ANY_AIM * room };
         let mut picks: Vec<Vec<(u32, Open)>> = try_vec(asked.len(), "sources")?;
         for (component, members) in asked.iter().enumerate() {
             let of_component =
@@ -336,8 +389,13 @@ pub fn meeting<S: DistanceFields>(
             picks.push(of_component);
         }
         let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
+        if longest == 0 && corners_only {
+            corners_only = false;
+            search.any_end(&asked)?;
+            continue;
+        }
         if longest == 0 {
-            return search.conclude(&asked, aim);
+            return Ok(search.conclude(&asked, 0.5 * fine(AIM * room), tolerance));
         }
         let columns: Vec<Vec<u32>> =
             (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k)).map(|p| p.0).collect()).collect();
@@ -352,6 +410,33 @@ pub fn meeting<S: DistanceFields>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geodesic::{ExactFields, Mode, eccentricity};
+    use crate::mesh::corners::shape_corners;
+    use crate::mesh::shapes::{Shape, grid_box, icosphere, union};
+
+    #[test]
+    fn bounds_hold_the_value_of_all_sources_and_are_as_near_as_asked_for() {
+        let rod: Shape = grid_box([20.0, 1.0, 1.0], [40, 2, 2]);
+        let shapes = [icosphere(3), grid_box([1.0; 3], [8; 3]), union(&[rod, icosphere(2)])];
+        for (p, t) in &shapes {
+            let solver = ExactFields::new(p, t).unwrap();
+            let (all, job) = (vec![true; p.len()], Job::default());
+            let truth = eccentricity(&solver, p, Targets { ask: &all, far: &all }, Mode::AllSources, &job).unwrap();
+            // far ends are the corners, as of a box, or any vertex, as of a sphere; a few only tell little
+            let few: Vec<bool> = (0..p.len()).map(|v| v % 100 == 0).collect();
+            for (tolerance, far) in [(0.1, &all), (0.05, &shape_corners(p, t).unwrap()), (0.05, &few)] {
+                let found = meeting(&solver, p, Targets { ask: &all, far }, tolerance, &[], &job).unwrap();
+                assert!(found.solves <= truth.solves, "{} of {}", found.solves, truth.solves);
+                for v in (0..p.len()).filter(|v| !found.distance[*v].is_nan()) {
+                    let (exact, lower, upper) = (truth.distance[v], found.lower[v], found.upper[v]);
+                    // the fields that they are held against may be too long by this share
+                    assert!(lower <= exact * 1.002 && exact <= upper * 1.002, "{v}: {exact} in {lower} {upper}");
+                    assert!(upper - lower <= tolerance * found.distance[v], "{v}: {lower} {upper}");
+                    assert!((lower..=upper).contains(&found.distance[v]));
+                }
+            }
+        }
+    }
 
     #[test]
     fn ways_are_bounded_as_by_all_sums() {

@@ -1,10 +1,11 @@
-"""Does the wall width depend on how the surface is cut into triangles?
+"""Do the wall width and D1 depend on how the surface is cut into triangles?
 
     python remesh.py armesh-check folder/of/stl [parts]
 
 For each part three copies of the same surface are made: every triangle cut in four, four times over (or until there are
 MOST faces); the longest edges cut until none is longer than a 40th of the part; and edges of flat regions flipped at
-random after that. The wall width of each copy at the vertices of the part is held against the part's own. Needs numpy.
+random after that. The wall width and D1 of each copy at the vertices of the part are held against the part's own. Needs
+numpy.
 """
 
 import csv
@@ -120,20 +121,21 @@ def flip_flat_edges(points, faces, rng, rounds=3):
     return faces
 
 
-def widths(check, path, folder):
+def values(check, path, folder):
+    """By position: wall width, D1."""
     out = folder / "v.csv"
     command = [check, str(path), "--vertex-csv", str(out)]
     done = subprocess.run(command, capture_output=True, text=True)
     if not out.exists():
         raise SystemExit(f"{' '.join(command)}\n{done.stderr}")
     with open(out, newline="") as rows:
-        table = {tuple(np.float32([r["x"], r["y"], r["z"]]).tolist()): float(r["d2"] or "nan") for r in csv.DictReader(rows)}
+        both = {(r["x"], r["y"], r["z"]): [float(r[k] or "nan") for k in ("d2", "d1")] for r in csv.DictReader(rows)}
     out.unlink()
-    return table
+    return {tuple(np.float32(p).tolist()): v for p, v in both.items()}
 
 
-def compare(before, after):
-    both = [(d, after[p]) for p, d in before.items() if p in after and d > 0 and not np.isnan(after[p])]
+def compare(before, after, k):
+    both = [(d[k], after[p][k]) for p, d in before.items() if p in after and d[k] > 0 and not np.isnan(after[p][k])]
     a, b = np.array(both).T
     change = np.abs(b / a - 1) * 100
     return np.median(change), np.percentile(change, 95), change.max()
@@ -142,7 +144,7 @@ def compare(before, after):
 def main():
     check, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     paths = sorted(folder.glob("*.stl"))[: int(sys.argv[3]) if len(sys.argv) > 3 else None]
-    print(f"{'change of the wall width, %':32}{'cut in four':>22}{'long edges cut':>22}{'and flipped':>22}")
+    print(f"{'change at the vertices, %':32}{'cut in four':>22}{'long edges cut':>22}{'and flipped':>22}")
     print(f"{'':32}" + f"{'median':>8}{'p95':>6}{'most':>8}" * 3)
     for path in paths:
         points, faces = read_stl(path)
@@ -160,9 +162,10 @@ def main():
             found = []
             for copy in copies:
                 write_ply(scratch / "copy.ply", *copy)
-                found.append(widths(check, scratch / "copy.ply", scratch))
-        row = "".join("{:8.2f}{:6.1f}{:8.0f}".format(*compare(found[0], after)) for after in found[1:])
-        print(f"{path.stem:32}{row}", flush=True)
+                found.append(values(check, scratch / "copy.ply", scratch))
+        for k, what in enumerate(("width", "D1")):
+            row = "".join("{:8.2f}{:6.1f}{:8.1f}".format(*compare(found[0], after, k)) for after in found[1:])
+            print(f"{path.stem[:25]:26}{what:6}{row}", flush=True)
 
 
 if __name__ == "__main__":

@@ -171,20 +171,12 @@ mod tests {
     fn a_box_of_few_corners_is_known_exactly() {
         let f = field(grid_box([4.0, 2.0, 1.0], [8, 4, 2]), &Options::default());
         assert_eq!(f.accuracy.method, Method::Exact);
-        // from the middle of a side the middle of the other one is farther than any corner: that is said
+        assert!(f.accuracy.error < 1e-3 && f.solves == 8, "{:?}", f.accuracy);
         let all = field(grid_box([4.0, 2.0, 1.0], [8, 4, 2]), &Options { d1: Mode::AllSources, ..Options::default() });
-        let (mut short, stated) = (0.0f64, f.accuracy.error);
-        for ((d, any), (lower, upper)) in
-            f.d1.iter().zip(&all.d1_bounds.1).zip(f.d1_bounds.0.iter().zip(&f.d1_bounds.1))
-        {
-            assert!(*lower <= *any && *any <= upper * 1.002, "{any} in {lower} {upper}");
-            assert!(*d <= any * 1.002, "{d} {any}");
-            short = short.max(any / d - 1.0);
-        }
-        assert!(short > 0.02 && short <= stated + 1e-3 && stated < 1.2 * short, "{short} {stated}");
-        assert!(f.solves < all.solves, "{:?}", f.accuracy);
+        assert!(f.d1.iter().zip(&all.d1).all(|(d, exact)| (d / exact - 1.0).abs() < 2e-3));
         // along the top and over one edge: the longest corner to corner path is the least of the three unfoldings
         let exact = (16f64 + 9.0).sqrt();
+        assert!(f.d1.iter().all(|d| *d <= exact * 1.002));
         assert!((f.d1[0] / exact - 1.0).abs() < 2e-3, "{} {exact}", f.d1[0]);
     }
 

@@ -3,12 +3,13 @@
 
 use super::Options;
 use super::accuracy::{Accuracy, Method, pair, probes, stretch};
-use super::print::{Lengths, far_ends, measure, stand_in};
+use super::print::{Lengths, all_where_none, measure, stand_in};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::{Eccentricity, ExactFields, Mode};
 use crate::job::{Job, Stage};
 use crate::mesh::NONE;
-use crate::mesh::measure::Vec3;
+use crate::mesh::corners::shape_corners;
+use crate::mesh::measure::{Vec3, distance};
 use crate::mesh::proxy::{Place, Proxy, places};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use rayon::prelude::*;
@@ -105,12 +106,16 @@ fn solve(
     let (component, components) = whole.components();
     let mut fields = ExactFields::on_proxy(proxy, &points, component.to_vec(), components)?;
     fields.set_distortion(factor, UNSEEN * error);
-    let far = far_ends(&whole, &surface.positions, &surface.triangles)?;
+    let places = places((positions, triangles), &proxy.onto, (&surface.positions, &surface.triangles), job)?;
+    let stands = Stands::new(positions, triangles, &surface, &places)?;
+    let mut far = try_vec(stands.vertex.len(), "far ends")?;
+    far.extend(stands.vertex.iter().map(|&v| v != NONE));
+    all_where_none(&whole, &mut far)?;
     drop(whole);
     job.begin(Stage::Geodesic, 0.42, 0.9, surface.positions.len() as u64)?;
     let accuracy = Accuracy::on(Method::ExactOnProxy, &proxy.positions, &proxy.triangles);
     let solved = (&proxy.positions[..], &proxy.triangles[..], accuracy);
-    // the farthest vertex need not be one of the points, but is this near to one; no D1 is less than half the largest
+    // the farthest corner need not be one of the points, but is this near to one; no D1 is less than half the largest
     let beyond = COVERED * surface.spacing;
     let d1 = match options.d1 {
         Mode::Certified { tolerance } => {
@@ -120,16 +125,47 @@ fn solve(
     };
     let mut found = measure(&fields, &surface.positions, &far, solved, &Options { d1, ..*options }, job)?;
     found.d1.upper.iter_mut().for_each(|d| *d += beyond);
+    for (d, &end) in found.d1.lower.iter_mut().zip(&found.d1.farthest) {
+        *d -= stands.off.get(end as usize).copied().unwrap_or(0.0);
+    }
 
     // --- and of the vertices
     job.begin(Stage::Geodesic, 0.97, 1.0, 1)?;
-    let places = places((positions, triangles), &proxy.onto, (&surface.positions, &surface.triangles), job)?;
-    let d1 = interpolate(&found.d1, &surface, proxy, &places)?;
+    let d1 = interpolate(&found.d1, &surface, &stands, &places)?;
     Ok(Lengths { d1, ..found })
 }
 
-/// Values at places of the surface; the far end is that of the nearest corner.
-fn interpolate(d1: &Eccentricity, surface: &AnalysisSurface, proxy: &Proxy, places: &[Place]) -> Result<Eccentricity> {
+/// The points that stand for corners of the shape: for each its nearest corner and how far it is off.
+struct Stands {
+    /// A vertex of the part; [`NONE`] for a point that stands for none.
+    vertex: Vec<u32>,
+    /// Model units.
+    off: Vec<f64>,
+}
+
+impl Stands {
+    fn new(positions: &[Vec3], triangles: &[[u32; 3]], surface: &AnalysisSurface, places: &[Place]) -> Result<Stands> {
+        let corner = shape_corners(positions, triangles)?;
+        let mut vertex = try_filled(surface.positions.len(), NONE, "far ends")?;
+        let mut off = try_filled(surface.positions.len(), 0.0, "far ends")?;
+        for (v, place) in places.iter().enumerate().filter(|(v, p)| corner[*v] && p.face != NONE) {
+            let point = nearest_corner(surface, place) as usize;
+            let gap = distance(positions[v], surface.positions[point]);
+            if vertex[point] == NONE || gap < off[point] {
+                (vertex[point], off[point]) = (v as u32, gap);
+            }
+        }
+        Ok(Stands { vertex, off })
+    }
+}
+
+fn nearest_corner(surface: &AnalysisSurface, place: &Place) -> u32 {
+    let nearest = (1..3).fold(0, |m, k| if place.weights[k] > place.weights[m] { k } else { m });
+    surface.triangles[place.face as usize][nearest]
+}
+
+/// Values at places of the surface; the far end is that of the nearest of its points.
+fn interpolate(d1: &Eccentricity, surface: &AnalysisSurface, ends: &Stands, places: &[Place]) -> Result<Eccentricity> {
     let between = |values: &[f64]| -> Result<Vec<f64>> {
         let mut out = try_filled(places.len(), f64::NAN, "the field")?;
         out.par_iter_mut().zip(places).filter(|(_, p)| p.face != NONE).for_each(|(out, p)| {
@@ -142,9 +178,8 @@ fn interpolate(d1: &Eccentricity, surface: &AnalysisSurface, proxy: &Proxy, plac
         if p.face == NONE {
             return NONE;
         }
-        let nearest = (1..3).fold(0, |m, k| if p.weights[k] > p.weights[m] { k } else { m });
-        let end = d1.farthest[surface.triangles[p.face as usize][nearest] as usize];
-        proxy.original.get(end as usize).copied().unwrap_or(NONE)
+        let end = d1.farthest[nearest_corner(surface, p) as usize];
+        ends.vertex.get(end as usize).copied().unwrap_or(NONE)
     };
     let mut farthest = try_vec(places.len(), "the field")?;
     farthest.extend(places.iter().map(far_end));

@@ -167,6 +167,12 @@ fn heat_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: 
 /// The corners of the shape; on a component that has none, all its vertices.
 pub(super) fn far_ends(fields: &impl DistanceFields, positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<bool>> {
     let mut far = shape_corners(positions, triangles)?;
+    all_where_none(fields, &mut far)?;
+    Ok(far)
+}
+
+/// Sets all flags of a component that has none set.
+pub(super) fn all_where_none(fields: &impl DistanceFields, far: &mut [bool]) -> Result<()> {
     let mut some = try_filled(fields.component_count(), false, "corners")?;
     let component = |v: usize| fields.component()[v];
     for v in (0..far.len()).filter(|&v| far[v] && component(v) != NONE) {
@@ -175,5 +181,5 @@ pub(super) fn far_ends(fields: &impl DistanceFields, positions: &[Vec3], triangl
     for (v, far) in far.iter_mut().enumerate() {
         *far |= component(v) != NONE && !some[component(v) as usize];
     }
-    Ok(far)
+    Ok(())
 }

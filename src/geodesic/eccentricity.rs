@@ -96,8 +96,7 @@ pub struct Eccentricity {
     /// by it.
     pub slack: f64,
     /// By how much values may fall short, as a share of the distance: the widest gap between bounds, times the largest
-    /// share of its gap that a vertex's value rose by when a field from its end was added, and by how much vertices that
-    /// may not be the far end were seen to be farther.
+    /// share of its gap that a vertex's value rose by when a field from its end was added.
     pub missed: f64,
     /// By component, the longest distance in any field, far end or not, and its two vertices.
     pub longest: Vec<(f64, [u32; 2])>,
@@ -141,7 +140,7 @@ fn all_sources<S: DistanceFields>(solver: &S, targets: Targets<'_>, job: &Job) -
         out.lengthen(component, s, all);
         let s = s as usize;
         if far.0 != NONE {
-            (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (far.1, far.0, far.1, all.1);
+            (out.distance[s], out.farthest[s], out.lower[s], out.upper[s]) = (far.1, far.0, far.1, far.1);
         }
         out.solves += 1;
     }
@@ -278,8 +277,6 @@ fn certified<S: DistanceFields>(
         (state.distance[v as usize], state.lower[v as usize], state.upper[v as usize]) = (0.0, 0.0, f64::INFINITY);
     }
     let mut done = try_filled(n, false, "sources")?;
-    // the upper bound of the distance to any vertex, far end or not
-    let mut anywhere = try_filled(n, f64::INFINITY, "bounds")?;
     loop {
         let tolerance = if solver.has_spare() { tolerance.min(FINE) } else { AIM * tolerance };
         let picks: Vec<Vec<u32>> =
@@ -299,7 +296,6 @@ fn certified<S: DistanceFields>(
         }
         for (sources, field) in columns.iter().zip(&fields) {
             state.update(solver, targets, sources, field);
-            reach_anywhere(solver, &mut anywhere, field);
             sources.iter().for_each(|&s| done[s as usize] = true);
         }
     }
@@ -312,23 +308,11 @@ fn certified<S: DistanceFields>(
             let pad = front.slack * state.distance[v];
             state.lower[v] = (state.lower[v] - pad - long * state.upper[v]).min(state.distance[v]);
             // too long by as much a field from the vertex itself may be: it is held, too
-            state.upper[v] = (anywhere[v] * (1.0 + short + long) + pad).max(state.distance[v]);
+            state.upper[v] = (state.upper[v] * (1.0 + short + long) + pad).max(state.distance[v]);
         }
         state.slack = state.slack.max(front.slack);
     }
     Ok(state)
-}
-
-/// Lowers the bounds on the distance to whichever vertex is farthest by a field.
-fn reach_anywhere<S: DistanceFields>(solver: &S, anywhere: &mut [f64], field: &[f64]) {
-    let mut ecc = vec![0.0f64; solver.component_count()];
-    for (&d, &c) in field.iter().zip(solver.component()).filter(|(d, c)| !d.is_nan() && **c != NONE) {
-        ecc[c as usize] = ecc[c as usize].max(d);
-    }
-    for ((bound, &d), &c) in anywhere.iter_mut().zip(field).zip(solver.component()).filter(|(_, c)| **c != NONE) {
-        // NaN, of a component without a source, leaves the bound
-        *bound = bound.min(ecc[c as usize] + d);
-    }
 }
 
 /// By how much the values of new sources fell short of what their own fields say, as a share of the gap between their

@@ -7,10 +7,6 @@
 //! On a sphere a dozen sources bound every vertex to a few percent by this; ecc(s) + d(s,v) takes a source within a few
 //! percent of every vertex. And the u at which the maximum is found is the far end whose field is worth having: it tells
 //! the values of all vertices that may be farthest from there. Only for distances that obey the triangle inequality.
-//!
-//! First the far ends are the corners of the shape, which every triangulation of it has: they decide the values. Then they
-//! are all vertices, until the bounds hold for those too; where that shows a value to be short by more than is allowed, the
-//! distance that showed it is taken instead.
 
 use super::{DistanceFields, Eccentricity, FINE, Targets, members, slices};
 use crate::error::{Error, Result, try_filled, try_vec};
@@ -33,8 +29,6 @@ const LOOKED_AT: usize = 1_000;
 const LEAST_AIM: f64 = 0.4;
 /// Share of the rest that is aimed at: values are as far off as their lower bounds, and those by up to the whole gap.
 const AIM: f64 = 0.6;
-/// The same once any vertex may be the far end: values are known by then, and only bounds are wanted.
-const ANY_AIM: f64 = 0.95;
 
 /// A column of sources, at most one a component, and its field.
 pub type Column = (Vec<u32>, Vec<f64>);
@@ -186,9 +180,7 @@ impl Ends {
 /// What is known between two rounds.
 struct Search<'a, S> {
     solver: &'a S,
-    ask: &'a [bool],
-    /// What may be a far end by now.
-    far: Vec<bool>,
+    targets: Targets<'a>,
     state: Eccentricity,
     done: Vec<bool>,
     table: Ways,
@@ -197,16 +189,13 @@ struct Search<'a, S> {
     solved: Vec<usize>,
     /// Largest share of its gap that a value rose by when it was looked into.
     risen: f64,
-    /// The distances to corners when those were known, and which corners.
-    to_corners: (Vec<f64>, Vec<u32>),
 }
 
 impl<S: DistanceFields> Search<'_, S> {
     fn take(&mut self, sources: &[u32], field: &[f64]) -> Result<()> {
         self.table.add(field)?;
         self.ends.add(field, self.table.scale)?;
-        let targets = Targets { ask: self.ask, far: &self.far };
-        self.state.update(self.solver, targets, sources, field);
+        self.state.update(self.solver, self.targets, sources, field);
         for &s in sources {
             self.done[s as usize] = true;
             self.solved[self.solver.component()[s as usize] as usize] += 1;
@@ -286,24 +275,6 @@ impl<S: DistanceFields> Search<'_, S> {
         Ok(())
     }
 
-    /// From here on any vertex may be the far end, corner or not: forgets the upper bounds, which were for corners.
-    fn any_end(&mut self, asked: &[Vec<u32>]) -> Result<()> {
-        let asked = || asked.iter().flatten().map(|&v| v as usize);
-        let gaps = asked().map(|v| self.state.upper[v] / self.state.lower[v] - 1.0);
-        self.state.missed = self.risen * gaps.filter(|g| g.is_finite()).fold(0.0, f64::max);
-        asked().for_each(|v| self.state.upper[v] = f64::INFINITY);
-        let n = self.far.len();
-        self.to_corners = (try_vec(n, "distances")?, try_vec(n, "far ends")?);
-        self.to_corners.0.extend_from_slice(&self.state.distance);
-        self.to_corners.1.extend_from_slice(&self.state.farthest);
-        self.far.fill(true);
-        self.ends = Ends::new(members(self.solver, &self.far)?);
-        for (vertices, columns) in self.ends.vertices.iter().zip(&mut self.ends.columns) {
-            *columns = self.table.columns(vertices)?;
-        }
-        Ok(())
-    }
-
     /// By how much values rose, at most, when they were looked into: a share of their gap. Pick k is in `fields[k]`.
     fn learn(&mut self, picks: &[(u32, Open)], fields: &[Vec<f64>]) {
         for ((_, open), field) in picks.iter().zip(fields).filter(|((_, o), _)| o.end != NONE) {
@@ -314,27 +285,19 @@ impl<S: DistanceFields> Search<'_, S> {
         }
     }
 
-    /// Upper bounds no wider than they need be, what the values are short of, and for values the distances to corners,
-    /// which another triangulation has too, wherever they are right to `tolerance`.
-    fn conclude(mut self, asked: &[Vec<u32>], aim: f64, tolerance: f64) -> Eccentricity {
+    /// Pads the bounds by what distances may be off by, and tells what the values are short of.
+    fn conclude(self, asked: &[Vec<u32>]) -> Eccentricity {
         let (long, short) = self.solver.error();
-        for (component, asked) in asked.iter().enumerate().filter(|(_, a)| !a.is_empty()) {
-            asked.iter().for_each(|&v| self.state.upper[v as usize] = f64::INFINITY);
-            self.look(component, asked, aim);
-        }
-        let state = &mut self.state;
-        let mut beyond = 0.0f64;
+        let mut state = self.state;
+        let mut open = 0.0f64;
         for v in asked.iter().flatten().map(|&v| v as usize) {
-            let (lower, upper) = (state.lower[v] - long * state.upper[v], state.upper[v] * (1.0 + short));
-            let to_corners = self.to_corners.0[v];
-            if upper - lower.min(to_corners) <= tolerance * to_corners {
-                beyond = if to_corners > 0.0 { beyond.max(state.distance[v] / to_corners - 1.0) } else { beyond };
-                (state.distance[v], state.farthest[v]) = (to_corners, self.to_corners.1[v]);
-            }
-            (state.lower[v], state.upper[v]) = (lower.min(state.distance[v]), upper.max(state.distance[v]));
+            let gap = state.upper[v] / state.lower[v] - 1.0;
+            open = if gap.is_finite() { open.max(gap) } else { open };
+            state.lower[v] = (state.lower[v] - long * state.upper[v]).min(state.distance[v]);
+            state.upper[v] = (state.upper[v] * (1.0 + short)).max(state.distance[v]);
         }
-        state.missed += beyond;
-        self.state
+        state.missed = self.risen * open;
+        state
     }
 }
 
@@ -354,19 +317,15 @@ pub fn meeting<S: DistanceFields>(
     let far = members(solver, targets.far)?;
     let mut asked = members(solver, targets.ask)?;
     asked.iter_mut().zip(&far).filter(|(_, far)| far.is_empty()).for_each(|(asked, _)| asked.clear());
-    let mut corners = try_vec(n, "far ends")?;
-    corners.extend_from_slice(targets.far);
     let mut search = Search {
         solver,
-        ask: targets.ask,
-        far: corners,
+        targets,
         state: Eccentricity::unknown(solver)?,
         done: try_filled(n, false, "sources")?,
         table: Ways::default(),
         ends: Ends::new(far),
         solved: vec![0; solver.component_count()],
         risen: 0.0,
-        to_corners: (Vec::new(), Vec::new()),
     };
     let state = &mut search.state;
     for v in asked.iter().flatten().map(|&v| v as usize) {
@@ -378,10 +337,8 @@ pub fn meeting<S: DistanceFields>(
     }
     let (long, short) = solver.error();
     let room = (tolerance - long - short).max(LEAST_AIM * tolerance);
-    let fine = |aim: f64| if solver.has_spare() { aim.min(FINE) } else { aim };
-    let mut corners_only = true;
     loop {
-        let aim = if corners_only { fine(AIM * room) } else { ANY_AIM * room };
+        let aim = if solver.has_spare() { (AIM * room).min(FINE) } else { AIM * room };
         let mut picks: Vec<Vec<(u32, Open)>> = try_vec(asked.len(), "sources")?;
         for (component, members) in asked.iter().enumerate() {
             let of_component =
@@ -389,13 +346,8 @@ pub fn meeting<S: DistanceFields>(
             picks.push(of_component);
         }
         let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
-        if longest == 0 && corners_only {
-            corners_only = false;
-            search.any_end(&asked)?;
-            continue;
-        }
         if longest == 0 {
-            return Ok(search.conclude(&asked, 0.5 * fine(AIM * room), tolerance));
+            return Ok(search.conclude(&asked));
         }
         let columns: Vec<Vec<u32>> =
             (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k)).map(|p| p.0).collect()).collect();
@@ -421,11 +373,12 @@ mod tests {
         for (p, t) in &shapes {
             let solver = ExactFields::new(p, t).unwrap();
             let (all, job) = (vec![true; p.len()], Job::default());
-            let truth = eccentricity(&solver, p, Targets { ask: &all, far: &all }, Mode::AllSources, &job).unwrap();
             // far ends are the corners, as of a box, or any vertex, as of a sphere; a few only tell little
             let few: Vec<bool> = (0..p.len()).map(|v| v % 100 == 0).collect();
             for (tolerance, far) in [(0.1, &all), (0.05, &shape_corners(p, t).unwrap()), (0.05, &few)] {
-                let found = meeting(&solver, p, Targets { ask: &all, far }, tolerance, &[], &job).unwrap();
+                let targets = Targets { ask: &all, far };
+                let truth = eccentricity(&solver, p, targets, Mode::AllSources, &job).unwrap();
+                let found = meeting(&solver, p, targets, tolerance, &[], &job).unwrap();
                 assert!(found.solves <= truth.solves, "{} of {}", found.solves, truth.solves);
                 for v in (0..p.len()).filter(|v| !found.distance[*v].is_nan()) {
                     let (exact, lower, upper) = (truth.distance[v], found.lower[v], found.upper[v]);

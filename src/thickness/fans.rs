@@ -83,9 +83,10 @@ fn spread_at(v: u32, fan: &[u32], points: &[[f64; 3]], triangles: &[[u32; 3]], n
         let x = (v as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         (x ^ x >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9)
     };
-    let balance = fan.iter().map(|&f| others(f)).fold(0u64, |sum, [next, previous]| {
-        sum.wrapping_add(mixed(next)).wrapping_sub(mixed(previous))
-    });
+    let balance = fan
+        .iter()
+        .map(|&f| others(f))
+        .fold(0u64, |sum, [next, previous]| sum.wrapping_add(mixed(next)).wrapping_sub(mixed(previous)));
     if balance != 0 || fan.len() > 64 {
         return ([0.0; 3], ALL_WAYS);
     }
@@ -126,7 +127,14 @@ impl RayMesh {
     /// Whether the surface around `q`, the place of a face that is nearest to `c`, leads nowhere nearer: `q` lies on the
     /// given feature of the face, in the direction `up` and at the distance `d`.
     #[inline(always)]
-    pub(super) fn is_nearest(&self, c: [f64; 3], (q, feature): ([f64; 3], Feature), face: u32, up: [f64; 3], d: f64) -> bool {
+    pub(super) fn is_nearest(
+        &self,
+        c: [f64; 3],
+        (q, feature): ([f64; 3], Feature),
+        face: u32,
+        up: [f64; 3],
+        d: f64,
+    ) -> bool {
         if feature == Feature::Inside || dot(up, self.normals[face as usize]).abs() > SQUARE {
             return true;
         }

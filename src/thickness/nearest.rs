@@ -291,7 +291,8 @@ impl Finder<'_> {
             // Of the box the corner furthest on the other side.
             let along: f64 = (0..3)
                 .map(|a| {
-                    let ends = [node.bounds[a][k], node.bounds[a + 3][k]].map(|x| (self.c[a] - f64::from(x)) * first.up[a]);
+                    let ends =
+                        [node.bounds[a][k], node.bounds[a + 3][k]].map(|x| (self.c[a] - f64::from(x)) * first.up[a]);
                     ends[0].min(ends[1])
                 })
                 .sum();

@@ -18,6 +18,9 @@ const LEAST_GROWTH: f64 = 1e-6;
 /// Spheres of radius 0 at one point: one on each smooth piece of surface there, so no more than fit around it.
 const MOST_STARTS: usize = 12;
 
+/// From so many sectors they are looked for.
+const MOST_SEEDS: usize = 48;
+
 /// So many contacts are rested on one after the other before giving up.
 const MOST_RESTS: usize = 40;
 
@@ -68,13 +71,25 @@ impl Starts {
             let up = self.sectors[seed].up;
             // Each sector in turn, so that their order does not matter, but not two that lead to the same.
             let alike = |sector: &Sector| dot(sector.up, up) > 1.0 - 1e-9;
-            if self.list.len() < MOST_STARTS && !self.sectors[..seed].iter().any(alike) {
+            if self.list.len() < MOST_SEEDS && !self.sectors[..seed].iter().any(alike) {
                 let smooth = self.start_on(seed);
                 if smooth {
                     break;
                 }
             }
         }
+        // Of nearly the same ones that which grows slowest.
+        self.list.sort_by(|a, b| dot(a.v, a.v).total_cmp(&dot(b.v, b.v)));
+        let mut kept = 0;
+        for i in 0..self.list.len() {
+            let (v, g) = (self.list[i].v, dot(self.list[i].v, self.list[i].v));
+            let same = |s: &Start| dot(s.v, v) > 0.9998 * (dot(s.v, s.v) * g).sqrt();
+            if !self.list[..kept].iter().any(same) {
+                self.list.swap(kept, i);
+                kept += 1;
+            }
+        }
+        self.list.truncate(kept.min(MOST_STARTS));
         !self.sectors.is_empty()
     }
 
@@ -112,10 +127,7 @@ impl Starts {
                 }
             }
             if !more {
-                let same = |s: &Start| dot(s.v, v) > 0.9998 * (dot(s.v, s.v) * g).sqrt();
-                if !self.list.iter().any(same) {
-                    self.list.push(Start { contacts: self.contacts.list.clone(), v });
-                }
+                self.list.push(Start { contacts: self.contacts.list.clone(), v });
                 break;
             }
         }

@@ -98,6 +98,30 @@ TEST_CASE("ratio does not depend on the order of vertices, faces and corners", "
     }
 }
 
+TEST_CASE("widths of the print profile do not depend on how a part lies or is numbered", "[invariance]") {
+    ar_compute_options how = options();
+    how.profile = AR_PROFILE_PRINT;
+    for (const Shape &shape : parts()) {
+        const Field before = compute(through_openmesh(shape.mesh), how);
+        for (const double angle : {0.3, 1.1, 2.0, 2.9}) {
+            INFO(shape.name << " turned by " << angle);
+            shapes::Mesh mesh = shape.mesh;
+            shapes::rotate(mesh, angle);
+            CHECK(worst_relative(compute(through_openmesh(mesh), how).d2, before.d2) <= 1e-3);
+        }
+        for (const unsigned seed : {1u, 2u}) {
+            INFO(shape.name << ", order " << seed);
+            std::vector<std::uint32_t> to;
+            const Field after = compute(through_openmesh(shapes::renumber(shape.mesh, seed, &to)), how);
+            std::vector<double> d2 = after.d2;
+            for (std::size_t v = 0; v < to.size(); ++v) {
+                d2[v] = after.d2[to[v]];
+            }
+            CHECK(worst_relative(d2, before.d2) <= 1e-3);
+        }
+    }
+}
+
 TEST_CASE("results are bit-identical for every number of threads", "[invariance]") {
     for (const Shape &shape : parts()) {
         for (const std::uint32_t method : {AR_D2_INSCRIBED, AR_D2_SDF}) {

@@ -1,8 +1,10 @@
 //! The mesh as rays see it: centred and scaled to unit size, in an eight-wide tree. This is the only file that knows
 //! `obvhs`, which builds the binary tree that is folded into ours.
 
+use super::fans::Fans;
 use super::lanes::{Lanes, Ray};
-use super::tree::{Block, Hit, LEAF, NO_FACE, Node, Slab, Stack, Tree};
+use super::slabs::find_slabs;
+use super::tree::{Block, Hit, LEAF, Node, Stack, Tree};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use obvhs::aabb::Aabb;
@@ -13,7 +15,7 @@ use rayon::prelude::*;
 
 /// Boxes are padded by this much in units of the tree (the mesh is 1/2 to 1 long): more than the rounding of a ray's
 /// origin and of the slab test to single precision.
-const PADDING: f32 = 2.4e-7;
+pub(super) const PADDING: f32 = 2.4e-7;
 
 /// What lies no higher than this above the plane of the face that a ray starts from (in units of the tree) is the same
 /// surface: the face itself, its coplanar neighbours, duplicates of it, and faces of another shell glued to it. It is
@@ -32,6 +34,8 @@ pub struct RayMesh {
     /// Faces with the same corners in the same sense as an earlier one, and that one. Only the earlier one is in the
     /// tree: stacks of copies would make every ray meet all of them.
     pub(super) copies: Vec<[u32; 2]>,
+    /// The faces around each vertex.
+    pub(super) fans: Fans,
     /// The middle of the bounding box in the caller's coordinates.
     centre: [f64; 3],
     /// Units of the tree per unit of the caller, a power of two.
@@ -60,7 +64,9 @@ impl RayMesh {
         normals.extend(triangles.iter().map(|t| unit_normal(t.map(|v| points[v as usize]))));
         job.check()?;
         let copies = find_copies(positions.len(), triangles)?;
-        let mut mesh = RayMesh { tree: Tree::default(), points, triangles: copy, normals, copies, centre, scale };
+        let fans = Fans::new(&points, triangles, &normals)?;
+        let tree = Tree::default();
+        let mut mesh = RayMesh { tree, points, triangles: copy, normals, copies, fans, centre, scale };
         mesh.tree = mesh.build_tree(job)?;
         Ok(mesh)
     }
@@ -371,7 +377,7 @@ impl<'a> Folder<'a> {
             }
             todo[base..].reverse();
         }
-        self.out.slabs = find_slabs(&self.out)?;
+        self.out.slabs = find_slabs(&self.out, self.mesh)?;
         Ok(self.out)
     }
 
@@ -430,77 +436,4 @@ impl<'a> Folder<'a> {
         }
         self.out.blocks.push(block);
     }
-}
-
-/// What lies below one child of a node.
-#[derive(Debug, Clone, Copy)]
-struct Below {
-    /// The blocks, which follow each other because the tree is laid out depth first: the first, and the last.
-    blocks: (u32, u32),
-    /// Normals times twice the areas, summed.
-    normal: [f64; 3],
-}
-
-impl Below {
-    const NOTHING: Below = Below { blocks: (u32::MAX, 0), normal: [0.0; 3] };
-
-    fn block(blocks: &[Block], id: u32) -> Below {
-        let block = &blocks[id as usize];
-        let normal = (0..4).filter(|&k| block.face[k] != NO_FACE).fold([0.0; 3], |sum, k| {
-            let [a, b, c] = block.corners(k);
-            along(sum, 1.0, cross(sub(b, a), sub(c, a)))
-        });
-        Below { blocks: (id, id), normal }
-    }
-
-    fn and(self, other: Below) -> Below {
-        let (a, b) = (self.blocks, other.blocks);
-        Below { blocks: (a.0.min(b.0), a.1.max(b.1)), normal: along(self.normal, 1.0, other.normal) }
-    }
-}
-
-/// Children of more blocks than this have no slab: they are seldom flat, and finding it takes a look at all blocks.
-const SLAB_BLOCKS: u32 = 1024;
-
-/// The slabs of all nodes.
-fn find_slabs(tree: &Tree) -> Result<Vec<Slab>> {
-    // Children come after their parents.
-    let mut below = try_filled(tree.nodes.len(), Below::NOTHING, "slabs of the ray tree")?;
-    let of = |below: &[Below], child: u32| match child {
-        0 => Below::NOTHING, // nothing leads back to the root: this place is empty
-        c if c & LEAF != 0 => Below::block(&tree.blocks, c & !LEAF),
-        c => below[c as usize],
-    };
-    for at in (0..tree.nodes.len()).rev() {
-        below[at] = tree.nodes[at].child.iter().fold(Below::NOTHING, |sum, &child| sum.and(of(&below, child)));
-    }
-    let mut slabs = try_filled(tree.nodes.len(), Slab::EMPTY, "slabs of the ray tree")?;
-    slabs.par_iter_mut().zip(&tree.nodes).for_each(|(slab, node)| {
-        for (k, &child) in node.child.iter().enumerate() {
-            fill_slab(slab, k, &tree.blocks, of(&below, child));
-        }
-    });
-    Ok(slabs)
-}
-
-fn fill_slab(slab: &mut Slab, k: usize, blocks: &[Block], below: Below) {
-    let length = dot(below.normal, below.normal).sqrt();
-    let few = below.blocks.0 <= below.blocks.1 && below.blocks.1 - below.blocks.0 < SLAB_BLOCKS;
-    if !few || !(length > 1e-30) {
-        return;
-    }
-    // As it is used: in single precision, and so not quite of unit length.
-    let axis = below.normal.map(|x| (x / length) as f32);
-    let n = axis.map(|x| x as f64);
-    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-    for block in &blocks[below.blocks.0 as usize..=below.blocks.1 as usize] {
-        for lane in (0..4).filter(|&lane| block.face[lane] != NO_FACE) {
-            for corner in block.corners(lane) {
-                let h = dot(n, corner);
-                (lo, hi) = (lo.min(h), hi.max(h));
-            }
-        }
-    }
-    (0..3).for_each(|a| slab.axis[a][k] = axis[a]);
-    (slab.lo[k], slab.hi[k]) = (lo as f32 - 1.5 * PADDING, hi as f32 + 1.5 * PADDING);
 }

@@ -6,11 +6,13 @@ pub mod cone;
 mod contact;
 mod cover;
 mod exposed;
+mod fans;
 pub mod inscribed;
 mod lanes;
 mod nearest;
 mod rest;
 pub mod sdf;
+mod slabs;
 mod tree;
 pub mod wall;
 

@@ -1,7 +1,7 @@
 //! Spheres among triangles: how far one can grow before it meets the surface; and what lies in a box.
 
 use super::bvh::{RayMesh, SAME_SURFACE, along, cross, dot, sub};
-use super::contact::{Contact, Contacts, SQUARE};
+use super::contact::{Contact, Contacts, HELD, MANY};
 use super::lanes::Lanes;
 use super::tree::{Block, LEAF, Node, Slab, Stack, Visitor, faces_of};
 
@@ -21,12 +21,13 @@ impl Growth {
         (along(self.c, s, self.v), self.r + s * self.g)
     }
 
-    /// The largest s at which the sphere touches `q` from outside, for a `q` that is outside at s = 0 and inside later:
-    /// the smaller root of |c + s v - q|^2 = (r + s g)^2.
+    /// The largest s at which `q` is no deeper in the sphere than the share `slack` of its radius, for a `q` that is
+    /// outside at s = 0 and deeper later: the smaller root of |c + s v - q|^2 = (1 - slack)^2 (r + s g)^2.
     #[inline(always)]
-    fn touch(&self, q: [f64; 3]) -> f64 {
+    fn touch(&self, q: [f64; 3], slack: f64) -> f64 {
         let w = sub(self.c, q);
-        let (a, b, k) = (self.g - self.g * self.g, dot(self.v, w) - self.r * self.g, dot(w, w) - self.r * self.r);
+        let (r, g) = (self.r * (1.0 - slack), self.g * (1.0 - slack));
+        let (a, b, k) = (self.g - g * g, dot(self.v, w) - r * g, dot(w, w) - r * r);
         let s = k / ((b * b - a * k).max(0.0).sqrt() - b);
         if s > 0.0 { s } else { 0.0 }
     }
@@ -36,21 +37,32 @@ impl Growth {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stop {
     pub s: f64,
-    /// The point of the surface that stops it, and its face; none if the surface did not need to shrink it.
-    pub contact: Option<([f64; 3], u32)>,
+    /// Whether surface stops it.
+    pub stopped: bool,
     /// Radius up to which the sphere about the same centre is empty, as far as is known.
     pub clear: f64,
+}
+
+/// Where a sphere touches.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Touch {
+    /// Distance from its centre to the surface.
+    pub d: f64,
+    /// False if not all contacts were looked for, because some of them hold the sphere; it may then touch a little
+    /// nearer.
+    pub all: bool,
 }
 
 /// Passes over the tree for one growth. Two or three are usual.
 const PASSES: usize = 32;
 
 impl RayMesh {
-    /// The largest s up to `s` for which the sphere of `growth` is empty but for surface that reaches less than the
-    /// share `slack` of its radius into it: it shrinks to each point of the surface found in it (Ma, Bae & Choi 2012).
+    /// The largest s up to `s` for which the sphere of `growth` is empty but for surface that reaches no more than the
+    /// share `slack` of its radius into it: it shrinks for each point of the surface found deeper in it (Ma, Bae & Choi
+    /// 2012). In whichever order they are found, the end is the same.
     #[inline(always)]
     pub(super) fn shrink<L: Lanes>(&self, lanes: L, stack: &mut Stack, growth: &Growth, s: f64, slack: f64) -> Stop {
-        let mut stop = Stop { s, contact: None, clear: 0.0 };
+        let mut stop = Stop { s, stopped: false, clear: 0.0 };
         for _ in 0..PASSES {
             let before = stop.s;
             let seen = self.shrink_pass(lanes, stack, growth, slack, &mut stop);
@@ -74,10 +86,11 @@ impl RayMesh {
         shrinker.seen
     }
 
-    /// Where the largest empty sphere about `c` touches the surface: all places within the share `tolerance` of its
-    /// radius, one for each few degrees of direction. That radius is known to lie between `low` and `high`; the places
-    /// already in `contacts` are candidates. Returns the radius, unless two contacts are found to hold the sphere
-    /// before it is known exactly; then nothing.
+    /// Where the largest empty sphere about `c` touches the surface: the places within the share `tolerance` of its
+    /// radius from which the surface leads nowhere nearer. Its radius is known to lie between `low` and `high`; the faces
+    /// of the places in `contacts` are looked at first.
+    ///
+    /// Of a sphere that touches at a great many places, such as one that fills a ball, only so many are found as hold it.
     #[inline(always)]
     pub(super) fn touching<L: Lanes>(
         &self,
@@ -87,23 +100,37 @@ impl RayMesh {
         (low, high): (f64, f64),
         tolerance: f64,
         contacts: &mut Contacts,
-    ) -> Option<f64> {
+    ) -> Touch {
         let grown = 1.0 + tolerance;
-        let certain = low * grown;
-        contacts.set_tolerance(tolerance);
-        if contacts.look_from(self, c, high * grown, certain) {
-            return None;
-        }
-        let best = contacts.list.first().map_or(high, |c| high.min(c.d));
-        contacts.start_search(c);
-        let mut finder = Finder { contacts, c, best, grown, certain, held: false };
+        let best = contacts.list.drain(..).fold(high, |best, contact| {
+            let away = sub(c, closest_on_triangle(c, self.corners(contact.face)));
+            best.min(dot(away, away).sqrt())
+        });
+        let c32 = c.map(|x| x as f32);
+        contacts.start();
+        let mut finder =
+            Finder { mesh: self, contacts, c, c32, best, grown, certain: low * grown, aim: Aim::First, full: false };
         self.tree.approach(lanes, stack, c, best * grown, &mut finder);
-        let (best, held) = (finder.best, finder.held);
-        if held {
-            return None;
+        let mut all = true;
+        if finder.full {
+            // --- one that lies opposite, for all to see
+            let first = finder.contacts.list[0];
+            finder.aim = Aim::Opposite(first);
+            (finder.full, all) = (false, false);
+            if first.d <= finder.certain {
+                self.tree.approach(lanes, stack, c, finder.best * grown, &mut finder);
+            }
+            if !finder.full {
+                // --- there is none: all after all
+                all = true;
+                finder.aim = Aim::All;
+                finder.contacts.start();
+                self.tree.approach(lanes, stack, c, finder.best * grown, &mut finder);
+            }
         }
-        contacts.settle(best * grown);
-        Some(best)
+        let d = finder.best;
+        contacts.settle(d * grown);
+        Touch { d, all }
     }
 
     /// The faces that `p` (in units of the tree) lies on, in order.
@@ -173,7 +200,7 @@ impl Shrinker<'_> {
 
     /// Shrinks to one triangle.
     #[inline(always)]
-    fn meet(&mut self, corners: [[f64; 3]; 3], face: u32) {
+    fn meet(&mut self, corners: [[f64; 3]; 3]) {
         loop {
             let q = closest_on_triangle(self.c, corners);
             let w = sub(self.c, q);
@@ -182,8 +209,8 @@ impl Shrinker<'_> {
                 self.see(d);
                 break;
             }
-            let s = self.growth.touch(q);
-            self.stop.contact = Some((q, face));
+            let s = self.growth.touch(q, self.slack);
+            self.stop.stopped = true;
             if !(s < self.stop.s * (1.0 - 1e-6)) {
                 break;
             }
@@ -206,7 +233,7 @@ impl Visitor for Shrinker<'_> {
                 if seen == self.c && d2[k] >= self.inner * self.inner {
                     self.see(d2[k].sqrt());
                 } else {
-                    self.meet(block.corners(k), block.face[k]);
+                    self.meet(block.corners(k));
                 }
             }
         }
@@ -214,92 +241,154 @@ impl Visitor for Shrinker<'_> {
     }
 }
 
-/// Small branches beyond this share of the tolerance are left out, so that what they hold is within it.
-const EDGE: f64 = 0.95;
-
 /// Finds where a sphere touches.
 struct Finder<'a> {
+    mesh: &'a RayMesh,
     contacts: &'a mut Contacts,
     c: [f64; 3],
+    c32: [f32; 3],
     /// Distance of the nearest surface seen.
     best: f64,
     grown: f64,
     certain: f64,
-    held: bool,
+    aim: Aim,
+    /// True when enough is found.
+    full: bool,
+}
+
+/// What a search is for.
+#[derive(Debug, Clone, Copy)]
+enum Aim {
+    /// Contacts, but not more than [`MANY`].
+    First,
+    /// One that holds the sphere together with this one.
+    Opposite(Contact),
+    All,
+}
+
+impl Finder<'_> {
+    /// Takes a contact; true if that is enough.
+    #[inline(always)]
+    fn take(&mut self, mut new: Contact, reach: f64) -> bool {
+        new.local = self.contacts.is_local(&new, self.c);
+        match self.aim {
+            Aim::First => self.full = self.contacts.list.len() >= MANY,
+            Aim::Opposite(first) => self.full = new.d <= self.certain && new.opposes(&first),
+            Aim::All => {}
+        }
+        if self.full || !matches!(self.aim, Aim::Opposite(_)) {
+            self.contacts.add(new, reach);
+        }
+        self.full
+    }
+
+    /// The children that may hold something opposite to a contact: all but those that are surely less than 115 degrees
+    /// from it.
+    #[inline(always)]
+    fn opposite(&self, node: &Node, first: &Contact) -> u32 {
+        let mut out = 0;
+        for k in 0..8 {
+            // Of the box the corner furthest on the other side.
+            let along: f64 = (0..3)
+                .map(|a| {
+                    let ends =
+                        [node.bounds[a][k], node.bounds[a + 3][k]].map(|x| (self.c[a] - f64::from(x)) * first.up[a]);
+                    ends[0].min(ends[1])
+                })
+                .sum();
+            out |= ((along <= HELD * self.certain / self.grown * (1.0 - 1e-3)) as u32) << k;
+        }
+        out
+    }
 }
 
 impl Visitor for Finder<'_> {
     #[inline(always)]
-    fn worth(&mut self, node: (&Node, &Slab), gaps: &[f32; 8], d2: &[f32; 8], mask: u32) -> u32 {
-        let edge = self.best * (1.0 + EDGE * (self.grown - 1.0));
-        self.contacts.edge2 = edge * edge;
-        self.contacts.uncovered(node, gaps, d2, mask)
+    fn worth(&mut self, node: &Node, slab: &Slab, mask: u32) -> u32 {
+        if mask == 0 {
+            return 0;
+        }
+        let mask = mask & slab.facing(node, self.c32);
+        if let Aim::Opposite(first) = self.aim { mask & self.opposite(node, &first) } else { mask }
     }
 
     #[inline(always)]
     fn visit(&mut self, block: &Block) -> ([f64; 3], f64) {
         let heights = block.heights(self.c);
-        let mut near = heights.map(|h| h.abs() < self.best * self.grown);
-        if near != [false; 4] {
-            self.contacts.cover(block, &heights, &mut near);
-        }
-        if near == [false; 4] {
+        if heights.iter().all(|h| h.abs() >= self.best * self.grown) {
             return (self.c, self.best * self.grown);
         }
         let d2 = block.distances2(self.c, &heights);
         for k in 0..4 {
             let reach = self.best * self.grown;
-            if !near[k] || d2[k] >= reach * reach {
+            if !(d2[k] < reach * reach) {
                 continue;
             }
-            let away = sub(self.c, closest_on_triangle(self.c, block.corners(k)));
+            let (q, feature) = closest_feature(self.c, block.corners(k));
+            let away = sub(self.c, q);
             let d = dot(away, away).sqrt();
-            if d < reach && d > 0.0 {
-                self.best = self.best.min(d);
-                let square = heights[k].abs() > SQUARE * d;
-                let new = Contact { up: away.map(|x| x / d), face: block.face[k], d, square, local: false };
-                if self.contacts.add(new, self.certain, self.c) {
-                    self.held = true;
-                    return (self.c, 0.0);
-                }
+            if !(d < reach && d > 0.0) {
+                continue;
+            }
+            self.best = self.best.min(d);
+            let up = away.map(|x| x / d);
+            let face = block.face[k];
+            if self.mesh.is_nearest(self.c, (q, feature), face, up, d)
+                && self.take(Contact { up, face, d, local: false }, reach)
+            {
+                return (self.c, 0.0);
             }
         }
         (self.c, self.best * self.grown)
     }
 }
 
-/// The point of a triangle nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
+/// Where on a triangle a point is: inside, on the edge from the corner of this number on, or at a corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Feature {
+    Inside,
+    Edge(u8),
+    Corner(u8),
+}
+
+/// The point of a triangle nearest to `p`.
 #[inline(always)]
-pub(super) fn closest_on_triangle(p: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+pub(super) fn closest_on_triangle(p: [f64; 3], corners: [[f64; 3]; 3]) -> [f64; 3] {
+    closest_feature(p, corners).0
+}
+
+/// The point of a triangle nearest to `p`, and where it is (Ericson, Real-Time Collision Detection, 5.1.5).
+#[inline(always)]
+pub(super) fn closest_feature(p: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> ([f64; 3], Feature) {
     let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));
     let (d1, d2) = (dot(ab, ap), dot(ac, ap));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return a;
+        return (a, Feature::Corner(0));
     }
     let bp = sub(p, b);
     let (d3, d4) = (dot(ab, bp), dot(ac, bp));
     if d3 >= 0.0 && d4 <= d3 {
-        return b;
+        return (b, Feature::Corner(1));
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return along(a, share(d1, -d3), ab);
+        return (along(a, share(d1, -d3), ab), Feature::Edge(0));
     }
     let cp = sub(p, c);
     let (d5, d6) = (dot(ab, cp), dot(ac, cp));
     if d6 >= 0.0 && d5 <= d6 {
-        return c;
+        return (c, Feature::Corner(2));
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return along(a, share(d2, -d6), ac);
+        return (along(a, share(d2, -d6), ac), Feature::Edge(2));
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        return along(b, share(d4 - d3, d5 - d6), sub(c, b));
+        return (along(b, share(d4 - d3, d5 - d6), sub(c, b)), Feature::Edge(1));
     }
     let scale = 1.0 / (va + vb + vc);
-    along(along(a, vb * scale, ab), vc * scale, ac)
+    (along(along(a, vb * scale, ab), vc * scale, ac), Feature::Inside)
 }
 
 /// Height of a triangle over its longest side.

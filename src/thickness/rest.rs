@@ -18,6 +18,12 @@ const LEAST_GROWTH: f64 = 1e-6;
 /// Spheres of radius 0 at one point: one on each smooth piece of surface there, so no more than fit around it.
 const MOST_STARTS: usize = 12;
 
+/// From so many sectors they are looked for.
+const MOST_SEEDS: usize = 48;
+
+/// So many contacts are rested on one after the other before giving up.
+const MOST_RESTS: usize = 40;
+
 /// A sector as a triangle that reaches this far from the point, where the sphere about to grow is 1 away.
 const FAR: f64 = 1000.0;
 
@@ -43,8 +49,6 @@ struct Sector {
 pub(super) struct Starts {
     pub list: Vec<Start>,
     sectors: Vec<Sector>,
-    /// Sectors on which a start was tried, or that belong to one's smooth surface.
-    done: Vec<bool>,
     contacts: Contacts,
 }
 
@@ -63,56 +67,71 @@ impl Starts {
                 break;
             }
         }
-        self.done.clear();
-        self.done.resize(self.sectors.len(), false);
         for seed in 0..self.sectors.len() {
-            if self.list.len() == MOST_STARTS {
-                break;
-            }
-            if !self.done[seed] {
-                self.start_on(seed);
+            let up = self.sectors[seed].up;
+            // Each sector in turn, so that their order does not matter, but not two that lead to the same.
+            let alike = |sector: &Sector| dot(sector.up, up) > 1.0 - 1e-9;
+            if self.list.len() < MOST_SEEDS && !self.sectors[..seed].iter().any(alike) {
+                let smooth = self.start_on(seed);
+                if smooth {
+                    break;
+                }
             }
         }
+        // Of nearly the same ones that which grows slowest.
+        self.list.sort_by(|a, b| dot(a.v, a.v).total_cmp(&dot(b.v, b.v)));
+        let mut kept = 0;
+        for i in 0..self.list.len() {
+            let (v, g) = (self.list[i].v, dot(self.list[i].v, self.list[i].v));
+            let same = |s: &Start| dot(s.v, v) > 0.9998 * (dot(s.v, s.v) * g).sqrt();
+            if !self.list[..kept].iter().any(same) {
+                self.list.swap(kept, i);
+                kept += 1;
+            }
+        }
+        self.list.truncate(kept.min(MOST_STARTS));
         !self.sectors.is_empty()
     }
 
-    /// A start on the smooth surface around one sector.
-    fn start_on(&mut self, seed: usize) {
+    /// A start on the smooth surface around one sector; true if that is all there is.
+    fn start_on(&mut self, seed: usize) -> bool {
         self.contacts.list.clear();
-        for (sector, done) in self.sectors.iter().zip(&mut self.done) {
-            if dot(sector.up, self.sectors[seed].up) > SMOOTH {
-                *done = true;
-                rest(&mut self.contacts, sector.up, sector.face);
-            }
+        let up = self.sectors[seed].up;
+        for sector in self.sectors.iter().filter(|sector| dot(sector.up, up) > SMOOTH) {
+            rest(&mut self.contacts, sector.up, sector.face);
         }
-        // Whatever reaches into a sphere that leaves these is rested on too.
-        for _ in 0..16 {
+        let apart = |a: &Sector| self.sectors.iter().any(|b| dot(a.up, b.up) <= SMOOTH);
+        let smooth = !self.sectors.iter().any(apart);
+        // What reaches deepest into a sphere that leaves these is rested on too.
+        for _ in 0..MOST_RESTS {
             let v = self.contacts.fastest();
             let g = dot(v, v);
             if g < LEAST_GROWTH {
-                return;
+                break;
             }
             let radius = g.sqrt();
             let centre = v.map(|x| x / radius);
-            let mut clear = true;
-            for sector in &self.sectors {
+            let distance = |sector: &Sector| {
                 let away = sub(centre, closest_on_triangle(centre, sector.corners));
-                let d = dot(away, away).sqrt();
-                if d < radius * (1.0 - 1e-3) {
+                (dot(away, away).sqrt(), away)
+            };
+            let least = self.sectors.iter().map(|sector| distance(sector).0).fold(f64::INFINITY, f64::min);
+            let mut more = false;
+            for sector in self.sectors.iter().filter(|_| least < radius * (1.0 - 1e-3)) {
+                let (d, away) = distance(sector);
+                if d <= least + 1e-6 {
                     // An edge that is touched from inside, or a face.
                     let edge = d > 1e-6 && dot(away, sector.up) > 1e-9;
                     let up = if edge { away.map(|x| x / d) } else { sector.up };
-                    clear &= !rest(&mut self.contacts, up, sector.face);
+                    more |= rest(&mut self.contacts, up, sector.face);
                 }
             }
-            if clear {
-                let same = |s: &Start| dot(s.v, v) > 0.9998 * (dot(s.v, s.v) * g).sqrt();
-                if !self.list.iter().any(same) {
-                    self.list.push(Start { contacts: self.contacts.list.clone(), v });
-                }
-                return;
+            if !more {
+                self.list.push(Start { contacts: self.contacts.list.clone(), v });
+                break;
             }
         }
+        smooth
     }
 }
 
@@ -121,7 +140,7 @@ fn rest(contacts: &mut Contacts, up: [f64; 3], face: u32) -> bool {
     if contacts.list.iter().any(|c| dot(c.up, up) > 1.0 - 1e-6) {
         return false;
     }
-    contacts.push(Contact { up, face, d: 0.0, square: true, local: false })
+    contacts.push(Contact { up, face, d: 0.0, local: false })
 }
 
 /// A face as a sector about `p`, a point on it.

@@ -24,7 +24,9 @@ impl Node {
 }
 
 /// For each child of a node two parallel planes, square to the mean normal of its triangles, that these lie between.
-/// Seen from inside a round or slanted surface, they tell much more than a box how far it is away.
+/// Seen from inside a round or slanted surface, they tell much more than a box how far it is away. About the same axis
+/// the cone of directions in which something can have its nearest place in the child: towards what is elsewhere, the
+/// surface there only leads on to nearer places.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub(super) struct Slab {
@@ -33,14 +35,41 @@ pub(super) struct Slab {
     /// Heights of the planes.
     pub lo: [f32; 8],
     pub hi: [f32; 8],
+    /// Sine and cosine of half the angle of the cone.
+    pub sin: [f32; 8],
+    pub cos: [f32; 8],
 }
 
 impl Slab {
     /// Leaves nothing out.
     pub const EMPTY: Slab = {
         let none = [0.0; 8];
-        Slab { axis: [[1.0; 8], none, none], lo: [-1e30; 8], hi: [1e30; 8] }
+        Slab { axis: [[1.0; 8], none, none], lo: [-1e30; 8], hi: [1e30; 8], sin: [1.0; 8], cos: none }
     };
+
+    /// The children, in boxes with the bounds of `node`, in which the surface may come nearest to `p` somewhere: those
+    /// which the double cone about the axis, with its apex at `p`, meets.
+    #[inline(always)]
+    pub fn facing(&self, node: &Node, p: [f32; 3]) -> u32 {
+        let (mut height, mut way2, mut size2) = ([0.0f32; 8], [0.0f32; 8], [0.0f32; 8]);
+        for a in 0..3 {
+            for k in 0..8 {
+                let (lo, hi) = (node.bounds[a][k], node.bounds[a + 3][k]);
+                let (way, half) = (p[a] - 0.5 * (lo + hi), 0.5 * (hi - lo));
+                height[k] += self.axis[a][k] * way;
+                way2[k] += way * way;
+                size2[k] += half * half;
+            }
+        }
+        let mut out = 0;
+        for k in 0..8 {
+            let beside2 = way2[k] - height[k] * height[k];
+            let beside = if beside2 > 0.0 { beside2.sqrt() } else { 0.0 };
+            let outside = beside * self.cos[k] - height[k].abs() * self.sin[k] - ROUNDING;
+            out |= (((outside <= 0.0) | (outside * outside <= size2[k])) as u32) << k;
+        }
+        out
+    }
 
     /// Signed distances of `p` from what is between the planes, positive where `p` is above.
     #[inline(always)]
@@ -55,6 +84,9 @@ impl Slab {
         gaps
     }
 }
+
+/// More than what single precision does to places.
+const ROUNDING: f32 = 2e-6;
 
 /// Four triangles side by side.
 #[derive(Debug, Clone, Copy)]
@@ -72,10 +104,9 @@ pub(super) struct Block {
 pub(super) trait Visitor {
     fn visit(&mut self, block: &Block) -> ([f64; 3], f64);
 
-    /// Of the children in `mask`, those in which there may be something to see; their planes are at the signed
-    /// distances `gaps`, they at the squared distances `d2` or further.
+    /// Of the children in `mask`, those in which there may be something to see.
     #[inline(always)]
-    fn worth(&mut self, _node: (&Node, &Slab), _gaps: &[f32; 8], _d2: &[f32; 8], mask: u32) -> u32 {
+    fn worth(&mut self, _node: &Node, _slab: &Slab, mask: u32) -> u32 {
         mask
     }
 }
@@ -279,7 +310,7 @@ impl Tree {
                     near |= ((gap2 < limit) as u32) << k;
                 }
                 mask &= near;
-                mask = visitor.worth((node, slab), &gaps, &d2, mask);
+                mask = visitor.worth(node, slab, mask);
                 let base = stack.len();
                 while mask != 0 {
                     let k = (mask.trailing_zeros() & 7) as usize;

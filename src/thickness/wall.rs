@@ -21,11 +21,11 @@
 //! counts. At a concave edge there is a sphere on each side, and the smaller one counts. The sphere depends on where
 //! the surface is, not on how it is cut into triangles.
 
-use super::bvh::{RayMesh, SAME_SURFACE, dot, sub};
-use super::contact::{Contact, Contacts, HELD};
+use super::bvh::{RayMesh, SAME_SURFACE, along, dot, sub};
+use super::contact::{Contacts, HELD};
 use super::exposed::Exposed;
 use super::lanes::{Lanes, Work, with_best};
-use super::nearest::Growth;
+use super::nearest::{Growth, Touch};
 use super::rest::Starts;
 use super::tree::Stack;
 use crate::error::{Error, Result, try_filled, try_vec};
@@ -39,8 +39,10 @@ const SLACK: [f64; 3] = [0.04, 0.01, EXACT];
 /// The slack at which a held sphere counts, and for facets: what this leaves out is a quarter of a percent of the width.
 const EXACT: f64 = 2.5e-3;
 
-/// Surface this near to a sphere, as a share of its radius, touches it.
+/// Surface this near to a sphere, as a share of its radius, touches it,
 const NEAR: f64 = 0.01;
+/// or nearer than so many times the slack as well: what a sphere slid on is further away than what it ran into.
+const WIDER: f64 = 1.5;
 
 /// A step that makes the sphere larger by less than this share is none.
 const PROGRESS: f64 = 1e-3;
@@ -313,7 +315,7 @@ impl<L: Lanes> Grower<'_, L> {
         for start in &starts.list {
             self.contacts.apex = None;
             self.contacts.list.clone_from(&start.contacts);
-            if self.contacts.hold(0.0) {
+            if self.contacts.hold() {
                 // The edge of a blade has no width of its own: that of the body behind it counts.
                 self.contacts.apex = Some(p);
                 self.contacts.list.iter_mut().for_each(|c| c.local = true);
@@ -338,20 +340,18 @@ impl<L: Lanes> Grower<'_, L> {
         let g = dot(v, v);
         let Some((mut c, mut r)) = self.advance(&Growth { c: p, r: 0.0, v, g }, EXACT) else { return Outcome::Open };
         let (mesh, lanes) = (self.mesh, self.lanes);
-        match mesh.touching(lanes, &mut self.stack, c, (r * (1.0 - EXACT), r), NEAR, &mut self.contacts) {
-            None => return Outcome::Ball(c, self.contacts.held_radius().unwrap_or(r)),
-            Some(exact) => r = exact,
+        let range = (r * (1.0 - EXACT), r);
+        let mut found = mesh.touching(lanes, &mut self.stack, c, range, NEAR, &mut self.contacts);
+        if self.contacts.hold() {
+            return Outcome::Ball(c, self.held_radius(r, found));
         }
+        r = found.d;
         let mut level = 0;
         let mut beyond: Option<(f64, f64)> = None;
         for _ in 0..STEPS {
-            // --- step 2: held, or nowhere to go?
+            // --- step 2: nowhere to go?
             let v = self.contacts.fastest();
             let g = dot(v, v);
-            if let Some(held) = self.contacts.held_radius() {
-                r = held;
-                break;
-            }
             if g < 1e-3 {
                 break;
             }
@@ -360,15 +360,20 @@ impl<L: Lanes> Grower<'_, L> {
             let slack = SLACK[level];
             let Some((to, size)) = self.advance(&Growth { c, r, v, g }, slack) else { return Outcome::Open };
             let range = (size * (1.0 - slack), size);
-            let found = mesh.touching(lanes, &mut self.stack, to, range, NEAR.max(slack), &mut self.contacts);
-            let held = found.is_none() || self.contacts.hold(f64::INFINITY);
-            let reached = found.unwrap_or(size);
+            found = mesh.touching(lanes, &mut self.stack, to, range, NEAR + WIDER * slack, &mut self.contacts);
+            let held = self.contacts.hold();
             let last = level + 1 == SLACK.len();
-            if reached > r * (1.0 + PROGRESS) && (last || !held) {
-                (c, r) = (to, reached);
+            if held && found.all && level > 0 {
+                // Held by what it slid on: on the way there it was first.
+                if let Some(share) = self.contacts.first_held(&self.before) {
+                    let radius = self.held_radius(size, found);
+                    return Outcome::Ball(along(c, share, sub(to, c)), r + share * (radius - r));
+                }
+            }
+            if found.d > r * (1.0 + PROGRESS) && (last || !held) {
+                (c, r) = (to, found.d);
                 if held {
-                    r = self.contacts.held_radius().unwrap_or(r);
-                    break;
+                    return Outcome::Ball(c, self.held_radius(size, found));
                 }
                 level = level.min(1);
             } else if last {
@@ -390,8 +395,14 @@ impl<L: Lanes> Grower<'_, L> {
         Outcome::Ball(c, r)
     }
 
+    /// The radius of the sphere that is held about the same centre: `size` is that of the sphere which touches what it
+    /// slid on.
+    fn held_radius(&self, size: f64, found: Touch) -> f64 {
+        if found.all { self.contacts.most_opposed().1 } else { (size + found.d) / 2.0 }
+    }
+
     /// The sphere to which `growth` leads, with up to `slack` of its radius inside the surface; None if nothing stops
-    /// it. What stops it joins the contacts.
+    /// it.
     #[inline(always)]
     fn advance(&mut self, growth: &Growth, slack: f64) -> Option<([f64; 3], f64)> {
         // Straight ahead it cannot pass what the ray meets.
@@ -401,7 +412,7 @@ impl<L: Lanes> Grower<'_, L> {
         let range = (start, f64::INFINITY);
         let hit = self.mesh.nearest_hit(self.lanes, &mut self.stack, (growth.c, d), range, u32::MAX);
         let mut s = hit.map_or((2.0 - growth.r) / growth.g, |h| ((h.t - growth.r) / (speed + growth.g)).max(0.0));
-        let mut stopped_by = [hit.map(|h| h.face), None];
+        let mut stopped = hit.is_some();
         let (to, size) = growth.at(s);
         let apart = sub(to, self.empty.0);
         let known = self.empty.1 - dot(apart, apart).sqrt();
@@ -409,18 +420,9 @@ impl<L: Lanes> Grower<'_, L> {
             let stop = self.mesh.shrink(self.lanes, &mut self.stack, growth, s, slack);
             s = stop.s;
             self.empty = (growth.at(s).0, stop.clear);
-            stopped_by[1] = stop.contact.map(|c| c.1);
+            stopped |= stop.stopped;
         }
-        // Their distances are found when the contacts are next looked at.
-        for face in stopped_by.into_iter().flatten() {
-            if self.contacts.list.iter().all(|c| c.face != face) {
-                self.contacts.list.push(Contact { up: [0.0; 3], face, d: f64::INFINITY, square: false, local: false });
-            }
-        }
-        if stopped_by == [None, None] {
-            return None;
-        }
-        Some(growth.at(s))
+        stopped.then(|| growth.at(s))
     }
 }
 

@@ -1,0 +1,172 @@
+//! The faces around each vertex, and how their normals spread: where on the surface something inside can have its
+//! nearest place. Inside a face that is where the face is met squarely. On an edge or a corner that is only so where the
+//! solid is concave, and then in a direction between the normals of the faces there.
+
+use super::bvh::{RayMesh, SAME_SURFACE, dot, sub};
+use super::nearest::{Feature, closest_on_triangle};
+use crate::error::{Result, try_filled, try_vec};
+use rayon::prelude::*;
+
+/// An edge is concave if the faces there rise above each other's planes by more than this (the sine of the angle).
+const CONCAVE: f64 = 1e-5;
+
+/// A face is met squarely if the cosine of the angle to its normal is more than this (0.008 degrees).
+const SQUARE: f64 = 1.0 - 1e-8;
+
+/// The normals around a vertex that something may be nearest to: their mean, and the chord on the unit sphere that all
+/// are within. Negative: the solid is convex there, so nothing inside is nearest to it.
+type Spread = ([f32; 3], f32);
+
+/// Nothing is known.
+const ALL_WAYS: f32 = 2.0;
+
+/// Faces around vertices.
+#[derive(Debug, Default)]
+pub(super) struct Fans {
+    /// Where each vertex's list starts, and the last ends.
+    start: Vec<u32>,
+    faces: Vec<u32>,
+    spread: Vec<Spread>,
+}
+
+impl Fans {
+    pub fn new(points: &[[f64; 3]], triangles: &[[u32; 3]], normals: &[[f64; 3]]) -> Result<Fans> {
+        let mut start = try_filled(points.len() + 1, 0u32, "faces around vertices")?;
+        triangles.iter().flatten().for_each(|&v| start[v as usize] += 1);
+        let mut sum = 0;
+        for s in &mut start {
+            sum += *s;
+            *s = sum;
+        }
+        let mut faces = try_filled(sum as usize, 0u32, "faces around vertices")?;
+        for (f, t) in triangles.iter().enumerate().rev() {
+            for &v in t {
+                start[v as usize] -= 1;
+                faces[start[v as usize] as usize] = f as u32;
+            }
+        }
+        let mut fans = Fans { start, faces, spread: try_vec(points.len(), "normals around vertices")? };
+        let mut spread = std::mem::take(&mut fans.spread);
+        (0..points.len() as u32)
+            .into_par_iter()
+            .map(|v| spread_at(v, fans.at(v), points, triangles, normals))
+            .collect_into_vec(&mut spread);
+        fans.spread = spread;
+        Ok(fans)
+    }
+
+    /// The faces around a vertex.
+    #[inline(always)]
+    fn at(&self, vertex: u32) -> &[u32] {
+        &self.faces[self.start[vertex as usize] as usize..self.start[vertex as usize + 1] as usize]
+    }
+
+    #[inline(always)]
+    fn chord(&self, vertex: u32) -> f32 {
+        self.spread[vertex as usize].1
+    }
+}
+
+fn spread_at(v: u32, fan: &[u32], points: &[[f64; 3]], triangles: &[[u32; 3]], normals: &[[f64; 3]]) -> Spread {
+    // In a closed fan each neighbour follows once and precedes once.
+    let others = |f: u32| {
+        let [a, b, c] = triangles[f as usize];
+        if a == v {
+            [b, c]
+        } else if b == v {
+            [c, a]
+        } else {
+            [a, b]
+        }
+    };
+    let mixed = |v: u32| {
+        let x = (v as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        (x ^ x >> 29).wrapping_mul(0xBF58_476D_1CE4_E5B9)
+    };
+    let balance = fan
+        .iter()
+        .map(|&f| others(f))
+        .fold(0u64, |sum, [next, previous]| sum.wrapping_add(mixed(next)).wrapping_sub(mixed(previous)));
+    if balance != 0 || fan.len() > 64 {
+        return ([0.0; 3], ALL_WAYS);
+    }
+    let p = points[v as usize];
+    let concave = fan.iter().any(|&f| {
+        let n = normals[f as usize];
+        fan.iter().any(|&g| {
+            let w = sub(points[others(g)[0] as usize], p);
+            let rise = dot(w, n);
+            rise > 0.0 && rise * rise > CONCAVE * CONCAVE * dot(w, w)
+        })
+    });
+    if !concave {
+        return ([0.0; 3], -1.0);
+    }
+    let sum = fan.iter().fold([0.0; 3], |sum, &f| std::array::from_fn(|a| sum[a] + normals[f as usize][a]));
+    let length = dot(sum, sum).sqrt();
+    if !(length > 1e-6) {
+        return ([0.0; 3], ALL_WAYS);
+    }
+    let axis = sum.map(|x| x / length);
+    let solid = fan.iter().map(|&f| normals[f as usize]).filter(|n| *n != [0.0; 3]);
+    let chord2 = solid.map(|n| dot(sub(n, axis), sub(n, axis))).fold(0.0, f64::max);
+    (axis.map(|x| x as f32), chord2.sqrt() as f32)
+}
+
+impl RayMesh {
+    /// The chord from `axis` within which are the directions from which something inside can be nearest to a place of
+    /// the face, as directions of normals.
+    pub(super) fn spread_about(&self, face: u32, axis: [f64; 3]) -> f64 {
+        let off = |n: [f64; 3]| dot(sub(n, axis), sub(n, axis)).sqrt();
+        self.triangles[face as usize].iter().fold(off(self.normals[face as usize]), |most, &v| {
+            let (mean, chord) = self.fans.spread[v as usize];
+            if chord < 0.0 { most } else { most.max(off(mean.map(f64::from)) + f64::from(chord)) }
+        })
+    }
+
+    /// Whether the surface around `q`, the place of a face that is nearest to `c`, leads nowhere nearer: `q` lies on the
+    /// given feature of the face, in the direction `up` and at the distance `d`.
+    #[inline(always)]
+    pub(super) fn is_nearest(
+        &self,
+        c: [f64; 3],
+        (q, feature): ([f64; 3], Feature),
+        face: u32,
+        up: [f64; 3],
+        d: f64,
+    ) -> bool {
+        if feature == Feature::Inside || dot(up, self.normals[face as usize]).abs() > SQUARE {
+            return true;
+        }
+        let t = self.triangles[face as usize];
+        let ends = match feature {
+            Feature::Edge(k) => [t[k as usize], t[(k as usize + 1) % 3]],
+            Feature::Corner(k) => [t[k as usize]; 2],
+            Feature::Inside => return true,
+        };
+        let chords = ends.map(|v| self.fans.chord(v));
+        if chords[0] < 0.0 || chords[1] < 0.0 {
+            return false;
+        }
+        self.is_nearest_around(c, q, ends, d, chords)
+    }
+
+    fn is_nearest_around(&self, c: [f64; 3], q: [f64; 3], ends: [u32; 2], d: f64, chords: [f32; 2]) -> bool {
+        let limit = d * (1.0 - 1e-9);
+        let leads_nearer = |face: u32| {
+            let n = self.normals[face as usize];
+            let corners = self.corners(face);
+            if n == [0.0; 3] || dot(sub(q, corners[0]), n).abs() > SAME_SURFACE {
+                return false;
+            }
+            let away = sub(c, closest_on_triangle(c, corners));
+            let off = sub(q, closest_on_triangle(q, corners));
+            dot(away, away) < limit * limit && dot(off, off) < SAME_SURFACE * SAME_SURFACE
+        };
+        if chords[0] >= ALL_WAYS || chords[1] >= ALL_WAYS {
+            return !self.faces_at(q).into_iter().any(leads_nearer);
+        }
+        let count = if ends[0] == ends[1] { 1 } else { 2 };
+        !ends[..count].iter().any(|&v| self.fans.at(v).iter().any(|&f| leads_nearer(f)))
+    }
+}

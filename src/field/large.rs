@@ -10,7 +10,7 @@ use crate::job::{Job, Stage};
 use crate::mesh::NONE;
 use crate::mesh::corners::shape_corners;
 use crate::mesh::measure::{Vec3, distance};
-use crate::mesh::proxy::{Place, Proxy, places};
+use crate::mesh::proxy::{Around, Place, Proxy, places};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use rayon::prelude::*;
 
@@ -30,6 +30,8 @@ const MOST_DISTORTION: f64 = 0.004;
 const COVERED: f64 = 0.7;
 /// Share of the tolerance that is left to the search, however much of it the rest takes.
 const LEAST: f64 = 0.5;
+/// Points that make the value of a place are no further from it than this many spacings.
+const NEAR: f64 = 1.5;
 /// Points that D1 is solved for at.
 const POINTS: usize = 4_000;
 
@@ -131,7 +133,7 @@ fn solve(
 
     // --- and of the vertices
     job.begin(Stage::Geodesic, 0.97, 1.0, 1)?;
-    let d1 = interpolate(&found.d1, &surface, &stands, &places)?;
+    let d1 = interpolate(positions, &found.d1, &surface, &stands, &places)?;
     Ok(Lengths { d1, ..found })
 }
 
@@ -146,11 +148,18 @@ struct Stands {
 impl Stands {
     fn new(positions: &[Vec3], triangles: &[[u32; 3]], surface: &AnalysisSurface, places: &[Place]) -> Result<Stands> {
         let corner = shape_corners(positions, triangles)?;
+        let around = Around::new(&surface.positions, &surface.triangles)?;
         let mut vertex = try_filled(surface.positions.len(), NONE, "far ends")?;
         let mut off = try_filled(surface.positions.len(), 0.0, "far ends")?;
         for (v, place) in places.iter().enumerate().filter(|(v, p)| corner[*v] && p.face != NONE) {
-            let point = nearest_corner(surface, place) as usize;
-            let gap = distance(positions[v], surface.positions[point]);
+            let mut best = (f64::INFINITY, NONE);
+            let nearer = |a: (f64, u32), b: (f64, u32)| if b < a { b } else { a };
+            let t = surface.triangles[place.face as usize];
+            best = t.into_iter().map(|u| (distance(positions[v], surface.positions[u as usize]), u)).fold(best, nearer);
+            if best.0 > surface.spacing {
+                around.vertices_near(positions[v], place, best.0, |u, gap| best = nearer(best, (gap, u)));
+            }
+            let (gap, point) = (best.0, best.1 as usize);
             if vertex[point] == NONE || gap < off[point] {
                 (vertex[point], off[point]) = (v as u32, gap);
             }
@@ -159,34 +168,56 @@ impl Stands {
     }
 }
 
-fn nearest_corner(surface: &AnalysisSurface, place: &Place) -> u32 {
-    let nearest = (1..3).fold(0, |m, k| if place.weights[k] > place.weights[m] { k } else { m });
-    surface.triangles[place.face as usize][nearest]
+/// The points whose values make that of a place, with weights that add up to 1, the heaviest first: the corners of its
+/// triangle or, where that is a sliver that reaches farther than its neighbours lie, points near by.
+fn shares(p: Vec3, place: &Place, surface: &AnalysisSurface, around: &Around) -> Vec<(u32, f64)> {
+    let t = surface.triangles[place.face as usize];
+    let mut out: Vec<(u32, f64)> = t.into_iter().zip(place.weights).collect();
+    let radius = NEAR * surface.spacing;
+    let length = |k: usize| distance(surface.positions[t[k] as usize], surface.positions[t[(k + 1) % 3] as usize]);
+    if (0..3).any(|k| length(k) > radius) {
+        let mut near = Vec::new();
+        around.vertices_near(p, place, radius, |v, gap| near.push((v, (1.0 - gap / radius).powi(2))));
+        let total: f64 = near.iter().map(|n| n.1).sum();
+        if total > 0.0 {
+            near.iter_mut().for_each(|n| n.1 /= total);
+            out = near;
+        }
+    }
+    out.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    out
 }
 
-/// Values at places of the surface; the far end is that of the nearest of its points.
-fn interpolate(d1: &Eccentricity, surface: &AnalysisSurface, ends: &Stands, places: &[Place]) -> Result<Eccentricity> {
-    let between = |values: &[f64]| -> Result<Vec<f64>> {
-        let mut out = try_filled(places.len(), f64::NAN, "the field")?;
-        out.par_iter_mut().zip(places).filter(|(_, p)| p.face != NONE).for_each(|(out, p)| {
-            let t = surface.triangles[p.face as usize];
-            *out = (0..3).map(|k| p.weights[k] * values[t[k] as usize]).sum();
-        });
+/// Values at places of the surface, the nearest to `positions`; the far end is that of the nearest of its points.
+fn interpolate(
+    positions: &[Vec3],
+    d1: &Eccentricity,
+    surface: &AnalysisSurface,
+    ends: &Stands,
+    places: &[Place],
+) -> Result<Eccentricity> {
+    let around = Around::new(&surface.positions, &surface.triangles)?;
+    let mut all = try_filled(places.len(), ([f64::NAN; 3], NONE), "the field")?;
+    all.par_iter_mut().zip(positions).zip(places).filter(|(_, place)| place.face != NONE).for_each(
+        |((out, &p), place)| {
+            let shares = shares(p, place, surface, &around);
+            let mean = |values: &[f64]| shares.iter().map(|(v, w)| w * values[*v as usize]).sum();
+            let end = d1.farthest[shares[0].0 as usize];
+            let end = ends.vertex.get(end as usize).copied().unwrap_or(NONE);
+            *out = ([mean(&d1.distance), mean(&d1.lower), mean(&d1.upper)], end);
+        },
+    );
+    let column = |k: usize| -> Result<Vec<f64>> {
+        let mut out = try_vec(all.len(), "the field")?;
+        out.extend(all.iter().map(|a| a.0[k]));
         Ok(out)
     };
-    let far_end = |p: &Place| {
-        if p.face == NONE {
-            return NONE;
-        }
-        let end = d1.farthest[nearest_corner(surface, p) as usize];
-        ends.vertex.get(end as usize).copied().unwrap_or(NONE)
-    };
-    let mut farthest = try_vec(places.len(), "the field")?;
-    farthest.extend(places.iter().map(far_end));
+    let mut farthest = try_vec(all.len(), "the field")?;
+    farthest.extend(all.iter().map(|a| a.1));
     Ok(Eccentricity {
-        distance: between(&d1.distance)?,
-        lower: between(&d1.lower)?,
-        upper: between(&d1.upper)?,
+        distance: column(0)?,
+        lower: column(1)?,
+        upper: column(2)?,
         farthest,
         longest: d1.longest.clone(),
         ..*d1

@@ -5,7 +5,7 @@
 //! triangle to neighbouring triangle, and so never ends up on the other side of a thin wall.
 
 use super::NONE;
-use super::measure::{Vec3, corners};
+use super::measure::{Vec3, corners, distance};
 use super::simplify::{Simplified, SimplifyOptions, nearest_in_triangle, simplify};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
@@ -13,6 +13,9 @@ use rayon::prelude::*;
 
 /// Steps from triangle to triangle at most, on the way to the nearest.
 const STEPS: usize = 64;
+
+/// Faces that are looked at for the vertices near a place.
+const SEEN: usize = 128;
 
 /// A point of a triangle mesh: a face and barycentric coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -93,7 +96,7 @@ pub fn places(
 }
 
 /// A mesh and the faces around each of its vertices.
-struct Around<'a> {
+pub struct Around<'a> {
     positions: &'a [Vec3],
     triangles: &'a [[u32; 3]],
     first: Vec<u32>,
@@ -101,7 +104,11 @@ struct Around<'a> {
 }
 
 impl Around<'_> {
-    fn new<'a>(positions: &'a [Vec3], triangles: &'a [[u32; 3]]) -> Result<Around<'a>> {
+    /// Sorts the faces by vertex.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::NoMemory`].
+    pub fn new<'a>(positions: &'a [Vec3], triangles: &'a [[u32; 3]]) -> Result<Around<'a>> {
         let mut first = try_filled(positions.len() + 1, 0u32, "proxy")?;
         triangles.iter().flatten().for_each(|&v| first[v as usize + 1] += 1);
         for v in 0..positions.len() {
@@ -121,6 +128,32 @@ impl Around<'_> {
 
     fn of(&self, v: u32) -> &[u32] {
         &self.faces[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
+    }
+
+    /// Calls `take` with the vertices within `radius` of the place of `p`, each with its distance, as far as a walk over
+    /// faces within that radius finds them; no more than [`SEEN`] faces.
+    pub fn vertices_near(&self, p: Vec3, at: &Place, radius: f64, mut take: impl FnMut(u32, f64)) {
+        let (mut faces, mut vertices) = (vec![at.face], Vec::new());
+        let mut next = 0;
+        while next < faces.len() {
+            for v in self.triangles[faces[next] as usize] {
+                if vertices.contains(&v) {
+                    continue;
+                }
+                vertices.push(v);
+                let gap = distance(self.positions[v as usize], p);
+                if gap <= radius {
+                    take(v, gap);
+                }
+                for &f in self.of(v) {
+                    let within = || nearest_in_triangle(corners(self.positions, self.triangles[f as usize]), p).1;
+                    if faces.len() < SEEN && !faces.contains(&f) && within() <= radius * radius {
+                        faces.push(f);
+                    }
+                }
+            }
+            next += 1;
+        }
     }
 
     /// Takes the point of `face` nearest to `p` if it is nearer than `best`, which comes with its squared distance.
@@ -163,7 +196,7 @@ impl Around<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::measure::{at_weights, distance, norm};
+    use crate::mesh::measure::{at_weights, norm};
     use crate::mesh::shapes::{grid_box, icosphere};
 
     fn proxy(shape: &(Vec<Vec3>, Vec<[u32; 3]>), faces: usize, error: f64) -> Proxy {

@@ -44,8 +44,8 @@ pub unsafe extern "C" fn ar_get_vertex_d1(
 }
 
 /// Bounds of D1 of every vertex, by the triangle inequality from the sources that were solved for: no vertex is nearer
-/// to its farthest point than `lower`, none farther than `upper`, coordinate units. With AR_PROFILE_PRINT they hold for
-/// exact distances to within rounding, as long as those were used; bounds from heat distances are as good as these, and
+/// to its farthest point (with AR_PROFILE_PRINT: its farthest corner) than `lower`, none farther than `upper`, coordinate
+/// units. With AR_PROFILE_PRINT they hold for exact distances to within rounding, as long as those were used; bounds from heat distances are as good as these, and
 /// padded by the contradictions that the distances show among themselves. NaN where D1 is.
 ///   lower, upper   capacity numbers each, capacity in vertices; both or neither NULL.
 #[unsafe(no_mangle)]

@@ -173,6 +173,23 @@ fn back_to_back_is_one_wall() {
 }
 
 #[test]
+fn a_strip_belongs_to_what_it_faces() {
+    // a small sheet in front of a box
+    let (mut p, mut t) = grid(&[0.0, 1.0], &[0.0, 1.0]);
+    let solid = turned_box([2.0; 3]);
+    t.extend(solid.1.iter().map(|t| t.map(|v| v + 4)));
+    p.extend(solid.0);
+    let label: Vec<u32> = [vec![0; 2], vec![1; 12]].concat();
+    let places = |share: f64| vec![place(0, 1.0, 2, share), place(0, 1.0, NONE, 1.0 - share), place(2, 1.0, 3, 9.0)];
+    assert_eq!(merge::back_to_back(&p, &t, &label, &places(0.21)).unwrap(), [0, 0]);
+    assert_eq!(merge::back_to_back(&p, &t, &label, &places(0.19)).unwrap(), [0, 1]);
+    // a part of the box that has no side across is no strip: it is bent
+    let label: Vec<u32> = [vec![0; 2], vec![1; 4], vec![2; 8]].concat();
+    let places = vec![place(2, 1.0, 9, 0.4), place(2, 1.0, NONE, 0.6), place(9, 1.0, 10, 9.0)];
+    assert_eq!(merge::back_to_back(&p, &t, &label, &places).unwrap(), [0, 1, 2]);
+}
+
+#[test]
 fn thin_walls_part_from_thick_bodies() {
     // two thick ends with a thin middle, and a row of slivers above, on which there are no places
     let (p, t) = grid(&[0.0, 12.0, 20.0, 31.0], &[0.0, 2.0, 2.05]);

@@ -170,8 +170,7 @@ fn d_d2_by_rays(bencher: Bencher, case: &Case) {
 #[divan::bench(args = all(), max_time = 5)]
 fn e_wall_widths(bencher: Bencher, case: &Case) {
     on(bencher, case, |mesh, triangles, job| {
-        let own: Vec<u32> = (0..triangles.len() as u32).collect();
-        WallMesh::new(mesh.positions(), triangles, job)?.vertex_widths(mesh.positions(), triangles, &own, job)
+        WallMesh::new(mesh.positions(), triangles, job)?.surface_widths(mesh.positions(), triangles, job)
     });
 }
 

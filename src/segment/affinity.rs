@@ -74,6 +74,11 @@ impl Graph {
         out[source as usize] = 0.0;
         heap.clear();
         heap.push(Near(0.0, source));
+        self.settle(out, heap);
+    }
+
+    /// Lowers the distances `out` of all nodes by way of those on the heap, which it empties.
+    pub fn settle(&self, out: &mut [f64], heap: &mut BinaryHeap<Near>) {
         while let Some(Near(d, v)) = heap.pop() {
             if d > out[v as usize] {
                 continue;

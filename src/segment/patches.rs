@@ -149,17 +149,7 @@ impl Patches {
             out.push(next);
             gap[next as usize] = 0.0;
             heap.push(Near(0.0, next));
-            while let Some(Near(d, p)) = heap.pop() {
-                if d > gap[p as usize] {
-                    continue;
-                }
-                for &(q, w) in graph.around(p) {
-                    if d + w < gap[q as usize] {
-                        gap[q as usize] = d + w;
-                        heap.push(Near(d + w, q));
-                    }
-                }
-            }
+            graph.settle(&mut gap, &mut heap);
             // never again
             gap[next as usize] = -1.0;
         }

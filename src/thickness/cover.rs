@@ -18,6 +18,7 @@ use super::bvh::{along, cross, dot, sub};
 use super::wall::{Parents, WallMesh};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
+use crate::mesh::sets::Sets;
 use rayon::prelude::*;
 
 /// Points of a patch are no further apart than this share of its least width,
@@ -144,9 +145,9 @@ impl WallMesh {
                 (rest, at) = (tail, patch.to);
                 pieces.push((patch, piece, probes));
             }
-            let decided: Vec<(Next, Vec<f64>)> =
+            let decided: Result<Vec<(Next, Vec<f64>)>> =
                 pieces.into_par_iter().map(|(patch, piece, probes)| cover.decide(*patch, piece, probes)).collect();
-            for (patch, (decision, values)) in patches.iter().zip(decided) {
+            for (patch, (decision, values)) in patches.iter().zip(decided?) {
                 match decision {
                     Next::Cut(patches) => next.extend(patches),
                     Next::Done => {
@@ -246,7 +247,7 @@ impl Cover<'_> {
     }
 
     /// Whether the widths measured on a patch tell those between them; if so all of them, in order.
-    fn decide(&self, patch: Patch, spots: &mut [Spot], probes: &[u32]) -> (Next, Vec<f64>) {
+    fn decide(&self, patch: Patch, spots: &mut [Spot], probes: &[u32]) -> Result<(Next, Vec<f64>)> {
         let measured = || probes.iter().map(|&k| self.width[spots[k as usize].id as usize]);
         let known = measured().all(|width| width > 0.0);
         let least = (measured().fold(f64::INFINITY, f64::min) / self.walls.mesh().to_length(1.0)) as f32;
@@ -258,11 +259,11 @@ impl Cover<'_> {
             let limit = if extent(spots).length() <= SHORT as f32 * least { ROUGH } else { FIT };
             if fit.error <= limit {
                 if patch.kind == Kind::Connected {
-                    return (Next::Done, fit.at_all(spots));
+                    return Ok((Next::Done, fit.at_all(spots)));
                 }
-                self.separate(spots, &mut next);
+                self.separate(spots, &mut next)?;
                 if next.len() == 1 {
-                    return (Next::Done, fit.at_all(spots));
+                    return Ok((Next::Done, fit.at_all(spots)));
                 }
             } else {
                 cut(spots, all, 0.0, 2, &mut next);
@@ -271,11 +272,11 @@ impl Cover<'_> {
             cut(spots, all, if known { long } else { 0.0 }, 1, &mut next);
         }
         let moved = |p: Patch| Patch { from: p.from + patch.from, to: p.to + patch.from, ..p };
-        (Next::Cut(next.into_iter().map(moved).collect()), Vec::new())
+        Ok((Next::Cut(next.into_iter().map(moved).collect()), Vec::new()))
     }
 
     /// Sorts the spots by the connected pieces that they belong to.
-    fn separate(&self, spots: &mut [Spot], out: &mut Vec<Patch>) {
+    fn separate(&self, spots: &mut [Spot], out: &mut Vec<Patch>) -> Result<()> {
         let n = self.positions.len();
         let mut corners: Vec<(u32, u32)> = Vec::with_capacity(3 * spots.len());
         for (k, spot) in spots.iter().enumerate() {
@@ -285,20 +286,11 @@ impl Cover<'_> {
             }
         }
         corners.sort_unstable();
-        let mut root: Vec<u32> = (0..spots.len() as u32).collect();
-        fn find(root: &mut [u32], mut k: u32) -> u32 {
-            while root[k as usize] != k {
-                root[k as usize] = root[root[k as usize] as usize];
-                k = root[k as usize];
-            }
-            k
-        }
+        let mut sets = Sets::new(spots.len())?;
         for pair in corners.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-            let (a, b) = (find(&mut root, pair[0].1), find(&mut root, pair[1].1));
-            root[a.max(b) as usize] = a.min(b);
+            sets.join(pair[0].1, pair[1].1);
         }
-        let mut keyed: Vec<(u32, Spot)> =
-            spots.iter().enumerate().map(|(k, s)| (find(&mut root, k as u32), *s)).collect();
+        let mut keyed: Vec<(u32, Spot)> = spots.iter().enumerate().map(|(k, s)| (sets.root(k as u32), *s)).collect();
         keyed.sort_by_key(|k| k.0);
         let mut from = 0;
         for piece in keyed.chunk_by(|a, b| a.0 == b.0) {
@@ -306,6 +298,7 @@ impl Cover<'_> {
             from += piece.len();
         }
         spots.iter_mut().zip(keyed).for_each(|(spot, k)| *spot = k.1);
+        Ok(())
     }
 }
 

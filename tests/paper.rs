@@ -11,6 +11,7 @@ mod shapes;
 #[allow(dead_code)]
 mod studies;
 
+use armesh::field::Quantity;
 use studies::Row;
 
 /// Triangles a shape: enough for the stated tolerances, few enough for a test.
@@ -36,9 +37,28 @@ fn sphere_and_polyhedra() {
         assert!(ratios.iter().all(|r| *r > 1.0), "above 1: {ratios:?}");
         assert!(ratios.windows(2).all(|w| w[0] > w[1]), "falling from the tetrahedron to the sphere: {ratios:?}");
     }
-    for row in rows.iter().filter(|r| r.exact.is_some()) {
-        both(row, row.exact.unwrap(), 0.03);
+    for row in &rows {
+        near(&row.name, row.print, row.exact.unwrap(), 0.01);
+        // vertices off the middle of a side see less of the inscribed sphere: the dodecahedron's D2max is 4.5 % low
+        near(&row.name, row.paper, row.exact.unwrap(), 0.05);
+        near(&row.name, row.paper_parts[0], row.exact_parts.unwrap()[0], 0.02);
     }
+}
+
+#[test]
+fn distributions_tell_the_shapes_apart() {
+    let shapes = studies::distributions(FACES).unwrap();
+    let share = |shape: usize, quantity: Quantity| shapes[shape].1.field.histogram(quantity, 8).unwrap().share;
+    let most = |share: &[f64]| (0..share.len()).fold(0, |m, k| if share[k] > share[m] { k } else { m });
+    // the wall: the largest D2 are the most frequent; the cube: the smallest of both; the rod: D1 is even
+    assert_eq!(most(&share(0, Quantity::D2)), 7);
+    assert_eq!([Quantity::D1, Quantity::D2].map(|q| most(&share(1, q))), [0, 0]);
+    // no point of the wall is nearer to all others than the middle of one side to that of the other: not as the paper has it
+    assert_eq!(most(&share(0, Quantity::D1)), 0);
+    near("the least D1 of the wall", shapes[0].1.field.d1.iter().copied().fold(f64::INFINITY, f64::min), 102.0, 0.02);
+    let rod = share(2, Quantity::D1);
+    let used: Vec<f64> = rod.iter().copied().filter(|s| *s > 0.0).collect();
+    assert!(used.iter().all(|s| *s < 2.0 / used.len() as f64), "{rod:?}");
 }
 
 /// Slope of a straight line through the points.
@@ -59,6 +79,10 @@ fn square_shapes_lie_on_a_line_of_slope_one() {
     for row in &rows {
         near(&row.name, row.print, row.exact.unwrap(), 0.01);
     }
+    // "in most cases" the maxima are nearer to AR than the means
+    let off = |value: f64, row: &Row| (value / row.x).ln().abs();
+    let nearer = rows.iter().filter(|r| off(r.paper, r) < off(r.paper_mean, r)).count();
+    assert!(2 * nearer > rows.len(), "{nearer} of {}", rows.len());
 }
 
 #[test]
@@ -68,12 +92,18 @@ fn ellipsoids_drawn_out_and_flattened() {
     }
 }
 
+/// Near what the paper says, and the print profile near exact ways over the diameter (the mesh is 2 % thinner than that).
+fn stated(rows: &[Row], truths: &[f64], share: f64) {
+    for (row, &truth) in rows.iter().zip(truths) {
+        both(row, truth, share);
+        near(&format!("{}, exact", row.name), row.print, row.exact.unwrap(), 0.03);
+    }
+}
+
 #[test]
 fn curved_rod_halves_when_it_closes() {
-    let rows = studies::curved_rods(&[180.0, 300.0, 360.0], 5).unwrap();
-    both(&rows[0], 20.0, 0.1);
-    both(&rows[1], 20.0, 0.1);
-    both(&rows[2], 10.0, 0.1);
+    let rows = studies::curved_rods(&[180.0, 300.0, 360.0], [5, 8], 4).unwrap();
+    stated(&rows, &[20.0, 20.0, 10.0], 0.1);
 }
 
 #[test]
@@ -89,10 +119,9 @@ fn curved_wall_keeps_four_fifths_when_it_closes() {
 
 #[test]
 fn helix_halves_when_it_closes() {
-    let rows = studies::helices(&[0.0, 10.0, 60.0], 5).unwrap();
-    both(&rows[0], 15.0, 0.12);
-    both(&rows[1], 31.4, 0.1);
-    both(&rows[2], 31.4, 0.1);
+    let rows = studies::helices(&[0.0, 10.0, 60.0], [5, 8], 4).unwrap();
+    stated(&rows[..1], &[15.0], 0.12);
+    stated(&rows[1..], &[31.4; 2], 0.1);
 }
 
 #[test]
@@ -100,10 +129,10 @@ fn finer_meshes_tend_to_a_value() {
     for (length, rows) in studies::sensitivity(&[10.0, 100.0, 1000.0], &[16, 24, 32]).unwrap() {
         let finest = rows.last().unwrap();
         for row in &rows {
-            // the cube's heat distances converge slowest: 3.5 % off at 3 072 triangles
-            near(&format!("l = {length}, {} triangles", row.name), row.paper, finest.paper, 0.04);
+            near(&format!("l = {length}, {} triangles", row.name), row.paper, finest.paper, 0.03);
             near(&format!("l = {length}, {} triangles, print", row.name), row.print, finest.print, 0.03);
         }
+        near(&format!("l = {length}, the finest"), finest.paper, finest.exact.unwrap(), 0.03);
     }
 }
 

@@ -54,20 +54,21 @@ impl Document {
         let _ = writeln!(self.text, "![{words}]({folder}/{name})\n");
     }
 
-    /// One line a row: stated, exact, both profiles, both errors.
+    /// One line a row: stated, exact, both profiles, both errors, and what of the paper profile's is that of D1 and of D2.
     pub fn table(&mut self, shape: &str, rows: &[Row]) {
         let _ = writeln!(
             self.text,
-            "| {shape} | triangles | the paper says | exact | paper profile | error | print profile | error |\n\
-             |---|--:|---|--:|--:|--:|--:|--:|"
+            "| {shape} | triangles | the paper says | exact | paper profile | error | of D1max | of D2max | print profile | error |\n\
+             |---|--:|---|--:|--:|--:|--:|--:|--:|--:|"
         );
         for r in rows {
             let exact = r.exact.map_or(String::new(), number);
             let (e, f) = (percent(r.paper, r.exact), percent(r.print, r.exact));
+            let [d1, d2] = [0, 1].map(|k| percent(r.paper_parts[k], r.exact_parts.map(|p| p[k])));
             let (paper, print) = (number(r.paper), number(r.print));
             let _ = writeln!(
                 self.text,
-                "| {} | {} | {} | {exact} | {paper} | {e} | {print} | {f} |",
+                "| {} | {} | {} | {exact} | {paper} | {e} | {d1} | {d2} | {print} | {f} |",
                 r.name, r.faces, r.stated
             );
         }
@@ -111,6 +112,15 @@ impl Document {
         let axes = Axes { title: "Square shapes (Fig. 13)", x: "AR", y: "D1/D2", log: true };
         diagram(&self.beside.join("squares.svg"), &axes, &series)?;
         self.image("squares.svg", axes.title);
+        let nearer = |of: &dyn Fn(&Row) -> [f64; 2]| {
+            let off = |value: f64, aspect: f64| (value / aspect).ln().abs();
+            rows.iter().filter(|r| off(of(r)[0], r.x) < off(of(r)[1], r.x)).count()
+        };
+        let (paper, print) = (nearer(&|r| [r.paper, r.paper_mean]), nearer(&|r| [r.print, r.print_mean]));
+        let n = rows.len();
+        self.text(&format!(
+            "The maxima are nearer to AR than the means for {paper} of {n} shapes in the paper profile, {print} in the print profile."
+        ));
         Ok(())
     }
 

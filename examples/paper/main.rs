@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     page.table("shape", &studies::polyhedra(FACES)?);
 
     page.text(include_str!("text/rods.md"));
-    let rows = studies::curved_rods(&ANGLES, 8)?;
+    let rows = studies::curved_rods(&ANGLES, [8, 12], 6)?;
     let axes = Axes { title: "Curved rod, AR 20 (Fig. 16)", x: "angle, degrees", y: "D1max/D2max", log: false };
     page.plot("rods.svg", &axes, &rows, Some(("AR", &|_| 20.0)))?;
     page.table("bent by", &rows);
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     page.cones(&studies::wall_by_cone(&[120.0, 90.0, 60.0, 30.0], 56)?);
 
     page.text(include_str!("text/helices.md"));
-    let rows = studies::helices(&[0.0, 6.0, 10.0, 20.0, 40.0, 60.0, 80.0], 8)?;
+    let rows = studies::helices(&[0.0, 6.0, 10.0, 20.0, 40.0, 60.0, 80.0], [8, 12], 6)?;
     let axes = Axes { title: "Helix, AR 31.4 (Fig. 18)", x: "H, mm", y: "D1max/D2max", log: false };
     page.plot("helices.svg", &axes, &rows, Some(("AR", &|_| 31.4)))?;
     page.table("rise", &rows);

@@ -41,12 +41,25 @@ pub fn bar(n: [usize; 3], closed: bool, place: impl Fn(V3) -> V3) -> Shape {
             };
             let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
             let [a, b, c, d] = if side == 1 { [a, b, c, d] } else { [a, d, c, b] };
-            // diagonals alternate, or every geodesic has a preferred direction
-            let two = if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-            shape.triangles.extend(two);
+            shape.triangles.extend(cut(&shape.positions, [a, b, c, d], (i + j) % 2 == 1));
         }
     }
     shape
+}
+
+/// How much longer one diagonal of a cell may be for both to count as alike.
+const ALIKE: f64 = 0.05;
+
+/// A cell as two triangles, by its shorter diagonal. Where both are alike they alternate, or every geodesic has a preferred
+/// direction: with `first` between the first corner and the third.
+fn cut(positions: &[V3], [a, b, c, d]: [u32; 4], first: bool) -> [[u32; 3]; 2] {
+    let long = |u: u32, v: u32| {
+        let (p, q) = (positions[u as usize], positions[v as usize]);
+        (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt()
+    };
+    let (ac, bd) = (long(a, c), long(b, d));
+    let by_first = if ac.max(bd) <= (1.0 + ALIKE) * ac.min(bd) { first } else { ac < bd };
+    if by_first { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
 }
 
 /// Cells along three sides so that a box of this size has about `faces` even triangles.

@@ -4,6 +4,9 @@ use super::measure::{Measured, measure, measure_with_cone, segments};
 use super::shapes::{Shape, bar, bent, bent_rod, cells, cuboid, ellipsoid, finer, helix, regular, sphere};
 use armesh::error::Result;
 use armesh::field::Profile;
+use armesh::geodesic::exact::{ExactGeodesics, Limits, Scratch, SurfacePoint};
+use armesh::job::Job;
+use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// One shape of an experiment.
@@ -15,26 +18,32 @@ pub struct Row {
     pub x: f64,
     /// What the paper says of D1max/D2max here, in words; empty where it says nothing.
     pub stated: String,
-    /// D1max/D2max of the smooth shape in closed form.
+    /// D1max and D2max of the shape, in closed form or by exact ways.
+    pub exact_parts: Option<[f64; 2]>,
+    /// Their ratio.
     pub exact: Option<f64>,
     /// D1max/D2max in the paper's profile and in the print profile.
     pub paper: f64,
     pub print: f64,
+    /// D1max and D2max in the paper's profile.
+    pub paper_parts: [f64; 2],
     /// D1ave/D2ave likewise.
     pub paper_mean: f64,
     pub print_mean: f64,
     pub faces: usize,
 }
 
-fn row(name: String, x: f64, stated: &str, exact: Option<f64>, shape: &Shape) -> Result<Row> {
+fn row(name: String, x: f64, stated: &str, exact: Option<[f64; 2]>, shape: &Shape) -> Result<Row> {
     let (paper, print) = (measure(shape, Profile::Paper)?, measure(shape, Profile::Print)?);
     Ok(Row {
         name,
         x,
         stated: stated.into(),
-        exact,
+        exact_parts: exact,
+        exact: exact.map(|[d1, d2]| d1 / d2),
         paper: paper.ratio(),
         print: print.ratio(),
+        paper_parts: [paper.summary.d1_max, paper.summary.d2_max],
         paper_mean: paper.summary.ratio_mean,
         print_mean: print.summary.ratio_mean,
         faces: shape.triangles.len(),
@@ -56,13 +65,13 @@ pub fn squares(lengths: &[f64], faces: usize) -> Result<Vec<Row>> {
 }
 
 /// Slabs: between opposite corners over a side; long bars: between the middles of the ends. Between them no closed form.
-fn square_exact(l: f64) -> Option<f64> {
+fn square_exact(l: f64) -> Option<[f64; 2]> {
     let d1 = match l {
         l if l <= SQUARE => Some(SQUARE.hypot(SQUARE + l)),
         l if l >= 2.0 * SQUARE => Some(SQUARE + l),
         _ => None,
     };
-    d1.map(|d| d / SQUARE.min(l))
+    d1.map(|d| [d, SQUARE.min(l)])
 }
 
 /// Figs. 11 and 12: the wall, the cube and the rod whose distributions are shown.
@@ -81,7 +90,7 @@ pub fn distributions(faces: usize) -> Result<Vec<(&'static str, Measured)>> {
 pub fn ellipsoids(aspects: &[f64], faces: usize) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for &a in aspects {
-        let exact = Some(ellipse_perimeter(a, 1.0) / 4.0);
+        let exact = Some([ellipse_perimeter(a, 1.0) / 2.0, 2.0]);
         let stated = if a == 1.0 { "pi/2 = 1.571" } else { "follows AR" };
         rows.push(row(format!("{a} x 1 x 1"), a, stated, exact, &ellipsoid(a, 1.0, faces))?);
         if a > 1.0 {
@@ -101,18 +110,28 @@ fn ellipse_perimeter(a: f64, b: f64) -> f64 {
 pub fn polyhedra(faces: usize) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (k, (name, shape)) in regular().into_iter().enumerate() {
-        // tetrahedron: 2 a / sqrt 3 over a sqrt 6 / 6; cube: between opposite corners
-        let exact = match name {
-            "tetrahedron" => Some(2.0 / 3f64.sqrt() * 6.0 / 6f64.sqrt()),
-            "cube" => Some(5f64.sqrt()),
-            _ => None,
-        };
         let n = (faces as f64 / shape.triangles.len() as f64).sqrt().round() as usize;
-        rows.push(row(name.into(), k as f64, "over 1, falling", exact, &finer(&shape, n))?);
+        rows.push(row(name.into(), k as f64, "over 1, falling", polyhedron(name), &finer(&shape, n))?);
     }
     let n = (faces as f64 / 20.0).sqrt().round() as usize;
-    rows.push(row("sphere".into(), 5.0, "pi/2 = 1.571", Some(PI / 2.0), &sphere(n))?);
+    rows.push(row("sphere".into(), 5.0, "pi/2 = 1.571", Some([PI, 2.0]), &sphere(n))?);
     Ok(rows)
+}
+
+/// D1max and D2max of the polyhedra of [`regular`]. D1max is the way from a corner to the opposite one (of the tetrahedron:
+/// to the middle of the opposite side), straight over the sides that it crosses once they are laid flat: the longest of
+/// all, as unfolding the sides from a grid of points shows. D2max is the inscribed sphere's diameter.
+fn polyhedron(name: &str) -> Option<[f64; 2]> {
+    let golden = (1.0 + 5f64.sqrt()) / 2.0;
+    let (edge, d1, d2) = match name {
+        "tetrahedron" => (8f64.sqrt(), 2.0 / 3f64.sqrt(), 6f64.sqrt() / 6.0),
+        "cube" => (2.0, 5f64.sqrt(), 1.0),
+        "octahedron" => (2f64.sqrt(), 3f64.sqrt(), 6f64.sqrt() / 3.0),
+        "dodecahedron" => (2.0 / golden, (5.0 + 7.0 * golden).sqrt(), ((25.0 + 11.0 * 5f64.sqrt()) / 10.0).sqrt()),
+        "icosahedron" => (2.0, 7f64.sqrt(), golden * golden / 3f64.sqrt()),
+        _ => return None,
+    };
+    Some([edge * d1, edge * d2])
 }
 
 /// Length and diameter of the curved rod of Fig. 16 and of the wire of Fig. 18, length, width and thickness of the curved
@@ -126,12 +145,45 @@ fn round_cells([length, diameter]: [f64; 2], quarter: usize) -> [usize; 3] {
     [(length / (PI * diameter) * 4.0 * quarter as f64).round() as usize, quarter, quarter]
 }
 
-/// Fig. 16: a round rod of AR 20 bent by each of these angles, degrees; closed at 360. `quarter` cells a quarter turn.
-pub fn curved_rods(degrees: &[f64], quarter: usize) -> Result<Vec<Row>> {
+/// The longest shortest way over a bar: exact ways to every vertex, from so many places all around one of its ends and then
+/// from wherever the longest of them leads, as long as it grows. The ends of the longest way lie at the ends of the bar;
+/// a ring is alike all along, and any place of it will do for an end.
+fn longest_way(shape: &Shape, diameter: f64, sources: usize) -> Result<f64> {
+    let solver = ExactGeodesics::new(&shape.positions, &shape.triangles)?;
+    let (job, limits) = (Job::default(), Limits::default());
+    // the farthest vertex and its distance
+    let farthest = |from: u32| -> Result<(u32, f64)> {
+        let from = SurfacePoint::Vertex(from);
+        let found = solver.distances(from, &[], &limits, &mut Scratch::default(), &job)?.vertices;
+        Ok((0..).zip(found).fold((0, 0.0), |m, (v, d)| if d > m.1 { (v, d) } else { m }))
+    };
+    let (end, _) = farthest(0)?;
+    let gap = |v: u32| {
+        let (p, q) = (shape.positions[v as usize], shape.positions[end as usize]);
+        (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt()
+    };
+    let near: Vec<u32> = (0..shape.positions.len() as u32).filter(|&v| gap(v) <= diameter).collect();
+    let step = near.len().div_ceil(sources);
+    let found: Vec<(u32, f64)> = near.par_iter().step_by(step).map(|&v| farthest(v)).collect::<Result<_>>()?;
+    let mut best = found.into_iter().fold((0, 0.0), |m, f| if f.1 > m.1 { f } else { m });
+    loop {
+        let next = farthest(best.0)?;
+        if next.1 <= best.1 * (1.0 + 1e-6) {
+            return Ok(best.1);
+        }
+        best = next;
+    }
+}
+
+/// Fig. 16: a round rod of AR 20 bent by each of these angles, degrees; closed at 360. So many cells a quarter turn: of
+/// the rod that is measured, and of the one whose exact ways from so many `sources` are the exact D1max.
+pub fn curved_rods(degrees: &[f64], quarters: [usize; 2], sources: usize) -> Result<Vec<Row>> {
     let of = |&angle: &f64| {
-        let shape = bent_rod(ROD[0], ROD[1], angle.to_radians(), round_cells(ROD, quarter));
+        let shape = bent_rod(ROD[0], ROD[1], angle.to_radians(), round_cells(ROD, quarters[0]));
         let stated = if angle < 360.0 { "about 20" } else { "about 10" };
-        row(format!("{angle} degrees"), angle, stated, None, &shape)
+        let fine = bent_rod(ROD[0], ROD[1], angle.to_radians(), round_cells(ROD, quarters[1]));
+        let exact = [longest_way(&fine, ROD[1], sources)?, ROD[1]];
+        row(format!("{angle} degrees"), angle, stated, Some(exact), &shape)
     };
     degrees.iter().map(of).collect()
 }
@@ -146,7 +198,7 @@ pub fn curved_walls(degrees: &[f64], n: usize) -> Result<Vec<Row>> {
     let of = |&angle: &f64| {
         let [length, width, thick] = WALL;
         let (stated, long) = if angle < 360.0 { ("about 1200", length) } else { ("about 1000", length / 2.0) };
-        row(format!("{angle} degrees"), angle, stated, Some(long.hypot(width) / thick), &curved_wall(angle, n))
+        row(format!("{angle} degrees"), angle, stated, Some([long.hypot(width), thick]), &curved_wall(angle, n))
     };
     degrees.iter().map(of).collect()
 }
@@ -161,12 +213,15 @@ pub fn wall_by_cone(cones: &[f64], n: usize) -> Result<Vec<[f64; 4]>> {
     cones.iter().map(of).collect()
 }
 
-/// Fig. 18: one turn of a helix of round wire that rises by each of these heights, mm; closed at 0.
-pub fn helices(heights: &[f64], quarter: usize) -> Result<Vec<Row>> {
+/// Fig. 18: one turn of a helix of round wire that rises by each of these heights, mm; closed at 0. Exact
+/// values as of [`curved_rods`].
+pub fn helices(heights: &[f64], quarters: [usize; 2], sources: usize) -> Result<Vec<Row>> {
     let of = |&height: &f64| {
-        let shape = helix(WIRE[0], WIRE[1], height, round_cells(WIRE, quarter));
+        let shape = helix(WIRE[0], WIRE[1], height, round_cells(WIRE, quarters[0]));
         let stated = if height > 0.0 { "about 31.4" } else { "about 15" };
-        row(format!("H = {height} mm"), height, stated, None, &shape)
+        let fine = helix(WIRE[0], WIRE[1], height, round_cells(WIRE, quarters[1]));
+        let exact = [longest_way(&fine, WIRE[1], sources)?, WIRE[1]];
+        row(format!("H = {height} mm"), height, stated, Some(exact), &shape)
     };
     heights.iter().map(of).collect()
 }

@@ -15,6 +15,8 @@ const STEPS: [f64; 2] = [0.01, 1.0];
 const RADIUS: f64 = 2.0;
 /// A border is a foot if so much of its length lies in a fillet: the bow of a handle is hollow on one side only.
 const AROUND: f64 = 0.6;
+/// And if so much of its length runs along the steps of that fillet: the rest may cross its facets.
+const STEPPED: f64 = 0.1;
 /// What stands on a border rises from it: the cosine between the way up and its faces' normals is below this.
 const UPRIGHT: f64 = 0.5;
 /// Fillets are at most this share of the feature's area: more is the feature itself.
@@ -57,19 +59,22 @@ impl Standing<'_> {
     /// if it stands on no fillet, or if that were too much of it.
     pub fn above(&self, faces: &[u32]) -> Option<Vec<u32>> {
         let length = |sides: &[Side]| sides.iter().map(|s| s.length).sum::<f64>();
-        let stepped = |sides: &[Side]| sides.iter().filter(|s| is_step(s.turn)).map(|s| s.length).sum::<f64>();
+        let share = |sides: &[Side], of: &dyn Fn(&Side) -> bool| {
+            sides.iter().filter(|s| of(s)).map(|s| s.length).sum::<f64>() / length(sides).max(f64::MIN_POSITIVE)
+        };
         let mut borders = self.borders(faces);
-        borders.retain(|border| stepped(border) >= AROUND * length(border));
+        borders.retain(|b| share(b, &|s| is_step(s.turn)) >= STEPPED && share(b, &|s| is_gentle(s.turn)) >= AROUND);
         if borders.is_empty() {
             return None;
         }
         let flats = self.flats(faces);
         let mut foot: HashSet<u32> = HashSet::new();
         for border in borders {
-            let whole = length(&border);
-            let within = border.iter().filter(|s| is_step(s.turn) && self.hollow(&flats, s.face));
-            if within.clone().map(|s| s.length).sum::<f64>() >= AROUND * whole {
-                let fillet = self.grown(&flats, within.map(|s| s.face).collect());
+            // it may leave the edges of the facets and cross them
+            let within = |s: &Side| is_gentle(s.turn) && self.hollow(&flats, s.face);
+            // or run along its last step
+            if share(&border, &|s| within(s) || is_step(s.turn)) >= AROUND {
+                let fillet = self.grown(&flats, border.iter().filter(|s| within(s)).map(|s| s.face).collect());
                 if self.rises(&border, &fillet) {
                     foot.extend(fillet);
                 }
@@ -164,6 +169,11 @@ impl Standing<'_> {
         }
         out.into_values().collect()
     }
+}
+
+/// A step of a fillet, or flat.
+fn is_gentle(turn: f64) -> bool {
+    (-STEPS[0]..STEPS[1]).contains(&turn)
 }
 
 fn is_step(turn: f64) -> bool {

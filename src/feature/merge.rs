@@ -1,7 +1,8 @@
-//! Segments that are one wall: what lies back to back.
+//! Segments that are one wall: what lies back to back; and strips of surface.
 //!
 //! A cut along creases parts the two sides of a membrane in a frame, and the floor of a pocket from the bottom below it.
-//! Across them, the spheres that measure their width touch the other side.
+//! Across them, the spheres that measure their width touch the other side. A strip between two creases in a groove, and a
+//! chamfer, has no other side of its own: it is part of what lies behind it.
 
 use super::widths::Place;
 use crate::error::Result;
@@ -12,6 +13,8 @@ use std::collections::BTreeMap;
 
 /// Share of a segment's area that must face another for both to be one wall.
 const FACING: f64 = 0.5;
+/// A sheet without a side of its own across belongs to what it faces with more than this share of its area.
+const STRIP: f64 = 0.2;
 /// A segment whose area vector is this share of its area is a sheet: it has one side only.
 const SHEET: f64 = 0.9;
 
@@ -43,10 +46,23 @@ pub fn back_to_back(positions: &[Vec3], triangles: &[[u32; 3]], label: &[u32], p
     };
     let sheet = |a: u32| norm(vector[a as usize]) > SHEET * area[a as usize];
     let mut sets = Sets::new(n)?;
+    let mut joined = vec![false; n];
     for &[a, b] in facing.keys() {
         if mostly(a, b) && (sheet(a) || mostly(b, a)) {
             sets.join(a, b);
+            [a, b].into_iter().for_each(|k| joined[k as usize] = true);
         }
     }
+    // --- a sheet that is one with none is the surface of what lies behind most of it
+    let mut most: BTreeMap<u32, (f64, u32)> = BTreeMap::new();
+    for (&[a, b], &share) in &facing {
+        let larger = a != b && area[b as usize] > area[a as usize];
+        if larger && sheet(a) && share > STRIP * measured[a as usize] && most.get(&a).is_none_or(|m| share > m.0) {
+            most.insert(a, (share, b));
+        }
+    }
+    let alone: Vec<(u32, u32)> =
+        most.into_iter().filter(|(a, _)| !joined[*a as usize]).map(|(a, m)| (a, m.1)).collect();
+    alone.into_iter().for_each(|(a, b)| sets.join(a, b));
     Ok((0..n as u32).map(|a| sets.root(a)).collect())
 }

@@ -111,9 +111,15 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let positions = mesh.positions();
     let triangles = mesh.topology()?.oriented(mesh.triangles());
     job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
-    let rays = RayMesh::new(positions, &triangles, job)?;
     let walls = WallMesh::new(positions, &triangles, job)?;
-    let places = widths::places(positions, &triangles, &rays, &walls, &segments, job)?;
+    let places = match walls.rays() {
+        Some(rays) => widths::places(positions, &triangles, rays, &walls, &segments, job)?,
+        None => {
+            let rays = RayMesh::new(positions, &triangles, job)?;
+            widths::places(positions, &triangles, &rays, &walls, &segments, job)?
+        }
+    };
+    drop(walls);
     // --- segments back to back are one
     let joined = merge::back_to_back(positions, &triangles, &segments, &places)?;
     let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();

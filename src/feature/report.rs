@@ -6,7 +6,6 @@ use crate::error::{Result, try_vec};
 use crate::io::colour::colour_of;
 use crate::io::{save_ply, write_face_ply};
 use crate::job::Job;
-use crate::mesh::measure::{Vec3, add, corners, scale};
 use crate::mesh::{NONE, TriMesh};
 use crate::thickness::wall::WallMesh;
 use serde_json::{Value, json};
@@ -68,7 +67,7 @@ impl Features {
     /// its feature) and, by width, `width` (at its centroid).
     ///
     /// # Errors
-    /// [`crate::error::Error::Io`], those of [`WallMesh::new`].
+    /// [`crate::error::Error::Io`], those of [`WallMesh::new`] and [`WallMesh::surface_widths`].
     pub fn save_ply(&self, mesh: &TriMesh, path: &Path, by: ColourBy, job: &Job) -> Result<()> {
         let triangles = mesh.topology()?.oriented(mesh.triangles());
         let mut ids = try_vec(triangles.len(), "colours")?;
@@ -81,23 +80,14 @@ impl Features {
             ColourBy::Feature => self.face_feature.iter().map(|&k| colour_of_feature(k)).collect(),
             ColourBy::Ratio => scaled(&ratios),
             ColourBy::Width => {
-                widths = face_widths(mesh.positions(), &triangles, job)?;
+                let walls = WallMesh::new(mesh.positions(), &triangles, job)?;
+                widths = walls.surface_widths(mesh.positions(), &triangles, job)?.1;
                 scalars.push(("width", &widths));
                 scaled(&widths)
             }
         };
         save_ply(path, |out| write_face_ply(out, mesh.positions(), &triangles, Some(&colours), &scalars))
     }
-}
-
-fn face_widths(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Vec<f64>> {
-    let mut centroids = try_vec(triangles.len(), "wall widths")?;
-    for &t in triangles {
-        let [a, b, c] = corners(positions, t);
-        centroids.push(scale(add(add(a, b), c), 1.0 / 3.0));
-    }
-    let own: Vec<u32> = (0..triangles.len() as u32).collect();
-    Ok(WallMesh::new(positions, triangles, job)?.point_widths(&centroids, &own, job)?.width)
 }
 
 /// Colours from the least to the greatest value.

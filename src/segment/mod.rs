@@ -6,7 +6,7 @@
 //! concave creases, sharp or rounded, wherever what a cut gains by following creases outweighs the flat surface it
 //! crosses; it needs no number of parts and no eigenvectors.
 //!
-//! The walk: the input is refined ([`crate::mesh::surface`]) → [`dual`] graph, [`creases`] → [`patches`] → [`cut`] or
+//! The walk: the input is refined ([`crate::mesh::surface`]) → [`dual`] graph, [`creases`], short cuts → [`patches`] → [`cut`] or
 //! [`affinity`], [`spectral`], [`kmeans`] → [`finish`] (back on the input, connected, numbered) → [`measure`].
 
 pub mod affinity;
@@ -20,6 +20,7 @@ mod parts;
 pub mod patches;
 mod reach;
 pub mod ring;
+mod shortcuts;
 pub mod spectral;
 pub mod spots;
 pub mod vsi;
@@ -170,6 +171,7 @@ fn find(mesh: &TriMesh, triangles: &[[u32; 3]], rays: &RayMesh, options: &Segmen
     let total: f64 = dual.area.iter().sum();
     let walker = creases::Walker { positions: &surface.positions, triangles: &surface.triangles, topology: &topology };
     creases::gather(&mut dual, &walker, (total / options.patches as f64).sqrt(), job)?;
+    shortcuts::draw(&mut dual, &walker, job)?;
     drop(topology);
     job.advance(1)?;
     let patches = Patches::new(&dual, (share * options.patches as f64) as usize, &rank, job)?;

@@ -302,3 +302,41 @@ fn a_raised_flag_stops_the_work() {
     );
     assert!(matches!(out, Err(Error::Cancelled)));
 }
+
+/// A prism on an outline around the origin that every ray from there meets once.
+fn prism(outline: &[[f64; 2]], height: f64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let n = outline.len() as u32;
+    let level = |z: f64| outline.iter().chain(&[[0.0; 2]]).map(move |p| [p[0], p[1], z]);
+    let around = |i: u32| {
+        let (j, up) = ((i + 1) % n, n + 1);
+        [[i, j, j + up], [i, j + up, i + up], [n + up, i + up, j + up], [n, j, i]]
+    };
+    (level(0.0).chain(level(height)).collect(), (0..n).flat_map(around).collect())
+}
+
+fn areas(outline: &[[f64; 2]], height: f64) -> Vec<f64> {
+    let (positions, triangles) = prism(outline, height);
+    let out = run_on(&positions, &triangles, &partition_only(), 2).unwrap();
+    out.segments.iter().map(|s| s.area).collect()
+}
+
+#[test]
+fn what_is_flush_with_its_body_is_cut_off_by_the_shortest_lines() {
+    // five spikes of a star, each with its share of the middle, as its faces reach that far
+    let star: Vec<[f64; 2]> = (0..10)
+        .map(|k| (PI * k as f64 / 5.0, if k % 2 == 0 { 40.0 } else { 10.0 }))
+        .map(|(a, r)| [r * a.cos(), r * a.sin()])
+        .collect();
+    let half = 10.0 * (PI / 5.0).sin();
+    let spike = 2.0 * 40.0 * half + 2.0 * 6.0 * half.hypot(40.0 - 10.0 * (PI / 5.0).cos());
+    let found = areas(&star, 6.0);
+    assert_eq!(found.len(), 5, "{found:?}");
+    assert!(found.iter().all(|a| (a / spike - 1.0).abs() < 1e-6), "{found:?}, not {spike}");
+    // but a bent bar stays whole, and so does a plate with a notch
+    let bent = [[-1.0, -1.0], [23.0, -1.0], [23.0, 1.0], [1.0, 1.0], [1.0, 15.0], [-1.0, 15.0]];
+    assert_eq!(areas(&bent, 2.0).len(), 1);
+    let notch = [[5.0, 20.0], [5.0, 15.0], [-5.0, 15.0], [-5.0, 20.0]];
+    let notched = [&[[-50.0, -20.0], [50.0, -20.0], [50.0, 20.0]], &notch[..], &[[-50.0, 20.0]]].concat();
+    let found = areas(&notched, 3.0);
+    assert!(found[0] > 0.99 * found.iter().sum::<f64>(), "{found:?}");
+}

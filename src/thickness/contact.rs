@@ -14,7 +14,7 @@ const TANGENT: f64 = 0.05;
 const MOVED: f64 = 0.906;
 
 /// Contacts closer together than this, in radians seen from the centre, are one,
-const SAME: f64 = 0.01;
+const SAME: f64 = 1e-3;
 /// or further, where there would be more than this.
 const MOST: usize = 512;
 

@@ -92,6 +92,11 @@ impl Exposed {
         self.faces
     }
 
+    /// Whether all of the caller's mesh is exposed.
+    pub fn is_all(&self) -> bool {
+        self.kept.is_none()
+    }
+
     /// Whether all of a caller's face is exposed.
     pub fn is_whole(&self, face: u32) -> bool {
         self.kept.as_ref().is_none_or(|kept| matches!(kept[face as usize], Kept::Whole(_)))

@@ -137,7 +137,7 @@ impl Starts {
 
 /// Adds a contact; false if there is one like it.
 fn rest(contacts: &mut Contacts, up: [f64; 3], face: u32) -> bool {
-    if contacts.list.iter().any(|c| dot(c.up, up) > 1.0 - 1e-6) {
+    if contacts.list.iter().any(|c| dot(c.up, up) > 1.0 - 1e-10) {
         return false;
     }
     contacts.push(Contact { up, face, d: 0.0, local: false })

@@ -103,6 +103,11 @@ impl WallMesh {
         Ok(WallMesh { surface: Exposed::new(positions, triangles, job)? })
     }
 
+    /// The mesh that this was made from, ready for ray shooting; none if parts of it are left out here.
+    pub fn rays(&self) -> Option<&RayMesh> {
+        self.surface.is_all().then(|| self.surface.mesh())
+    }
+
     /// Wall widths at `points`, each on the face of this mesh with the id in `parents` (not on its border, where
     /// [`WallMesh::vertex_widths`] knows more). Reports `points.len()` units to `job`.
     ///

@@ -181,6 +181,25 @@ mod tests {
     }
 
     #[test]
+    fn a_finely_cut_box_has_the_far_ends_of_a_coarse_one() {
+        let (p, t) = grid_box([4.0, 2.0, 1.0], [100, 50, 25]);
+        let at = |q: [f64; 3]| (0..p.len()).find(|&v| distance(p[v], q) < 1e-9).unwrap();
+        // to the farthest corner; the middle of the side below is 3 away from the middle of that above
+        let known = [(at([0.0; 3]), 5.0), (at([2.0, 1.0, 1.0]), 8f64.sqrt())];
+        let f = field((p, t), &Options { d2: D2Method::Inscribed, ..Options::default() });
+        assert_eq!(f.accuracy.method, Method::ExactOnProxy);
+        for (v, exact) in known {
+            assert!((f.d1[v] / exact - 1.0).abs() < 0.015, "{} is not {exact}", f.d1[v]);
+            assert!(
+                f.d1_bounds.0[v] <= exact && exact <= f.d1_bounds.1[v],
+                "{:?}",
+                (f.d1_bounds.0[v], f.d1_bounds.1[v])
+            );
+        }
+        assert!(f.accuracy.gap < 0.05, "{:?}", f.accuracy);
+    }
+
+    #[test]
     fn a_large_sphere_is_right_within_what_it_says() {
         let (p, t) = icosphere(5);
         let shape = split_in_four(&p, &t);

@@ -173,7 +173,7 @@ def meshlab(bench):
     mesh = pymeshlab.MeshSet()
     mesh.add_mesh(pymeshlab.Mesh(points, triangles))
     start = time.perf_counter()
-    mesh.compute_scalar_by_shape_diameter_function_per_vertex(numberrays=RAYS)
+    mesh.compute_scalar_by_shape_diameter_function_per_vertex(rays=RAYS)
     peer = time.perf_counter() - start
     mine = bench.ours('d2', D1_SIZES[1], PROCESSES, RAYS)[0]
     row('MeshLab (pymeshlab), rays from vertices', seconds(peer), times(peer, mine))

@@ -1,7 +1,7 @@
 //! How right and how fast D1 is on real parts, with its bounds:
 //!
 //! ```sh
-//! cargo run --release --example d1_parts -- FOLDER_OR_PART ... [--tolerance 0.05] [--profile print|paper] [--d1-only]
+//! cargo run --release --example d1_parts -- FOLDER_OR_PART ... [--tolerance 0.05] [--profile print|paper]
 //! ```
 //!
 //! A part `NAME.stl` with exact values in `NAME.d1.json` (`"rows": [[x, y, z, d1], ...]`) is held against them: the largest

@@ -112,13 +112,15 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let triangles = mesh.topology()?.oriented(mesh.triangles());
     job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
     let walls = WallMesh::new(positions, &triangles, job)?;
-    let places = match walls.rays() {
-        Some(rays) => widths::places(positions, &triangles, rays, &walls, &segments, job)?,
+    let own;
+    let rays = match walls.rays() {
+        Some(rays) => rays,
         None => {
-            let rays = RayMesh::new(positions, &triangles, job)?;
-            widths::places(positions, &triangles, &rays, &walls, &segments, job)?
+            own = RayMesh::new(positions, &triangles, job)?;
+            &own
         }
     };
+    let places = widths::places(positions, &triangles, rays, &walls, &segments, job)?;
     drop(walls);
     // --- segments back to back are one
     let joined = merge::back_to_back(positions, &triangles, &segments, &places)?;

@@ -160,7 +160,7 @@ mod tests {
     use crate::job::CancelToken;
     use crate::mesh::MeshOptions;
     use crate::mesh::shapes::{Shape, grid_box, icosphere, split_in_four, translated, union};
-    use std::f64::consts::PI;
+    use crate::thickness::shapes::{prism, round};
 
     fn field(shape: Shape, options: &Options) -> Field {
         let job = Job::new(0, None, CancelToken::default());
@@ -181,42 +181,19 @@ mod tests {
         assert!((f.d1[0] / exact - 1.0).abs() < 2e-3, "{} {exact}", f.d1[0]);
     }
 
-    /// A round disc of radius 2 and height 1: its lids in rings, its side in layers.
-    fn disc(n: u32, rings: u32) -> Shape {
-        let steps =
-            (0..=rings).map(|k| (k, 1.0)).chain((1..rings).map(|k| (rings, 1.0 - f64::from(k) / f64::from(rings))));
-        let steps: Vec<(u32, f64)> = steps.chain((0..=rings).rev().map(|k| (k, 0.0))).collect();
-        let (mut p, mut t) = (Vec::new(), Vec::new());
-        let mut rows: Vec<Vec<u32>> = Vec::new();
-        for &(k, z) in &steps {
-            let at = |j: u32| 2.0 * PI * f64::from(j) / f64::from(n);
-            let (first, r) = (p.len() as u32, 2.0 * f64::from(k) / f64::from(rings));
-            p.extend((0..if k == 0 { 1 } else { n }).map(|j| [r * at(j).cos(), r * at(j).sin(), z]));
-            rows.push((0..n).map(|j| if k == 0 { first } else { first + j }).collect());
-        }
-        for (a, b) in rows.windows(2).map(|w| (&w[0], &w[1])) {
-            for j in 0..n as usize {
-                let m = (j + 1) % n as usize;
-                t.extend(
-                    [[a[j], b[j], b[m]], [a[j], b[m], a[m]]]
-                        .into_iter()
-                        .filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]),
-                );
-            }
-        }
-        (p, t)
-    }
-
     #[test]
     fn a_finely_cut_disc_has_the_far_ends_of_a_coarse_one() {
         // the middle of a lid is 5 away from the middle of the other, but only 3 from its rim, where the corners are
-        let (p, t) = disc(128, 40);
+        let (p, t) = prism(&round(4.0, 128), [0.0; 2], 1.0, 40, 40);
+        let farthest =
+            |from: [f64; 3]| (0..p.len()).max_by(|&a, &b| distance(p[a], from).total_cmp(&distance(p[b], from)));
+        let rim = farthest([0.0; 3]).unwrap();
+        let middle = p.iter().position(|q| *q == [0.0, 0.0, 1.0]).unwrap();
         let f = field((p, t), &Options { d2: D2Method::Inscribed, ..Options::default() });
         assert_eq!(f.accuracy.method, Method::ExactOnProxy);
-        let rim = 1 + 39 * 128;
         assert!((f.d1[rim] / 5.0 - 1.0).abs() < 5e-3, "{}", f.d1[rim]);
         // the least value of all: those of the points around it are greater by up to their spacing
-        assert!(f.d1[0] > 2.99 && f.d1[0] < 3.1, "{}", f.d1[0]);
+        assert!(f.d1[middle] > 2.99 && f.d1[middle] < 3.1, "{}", f.d1[middle]);
         assert!(f.accuracy.gap < 0.05, "{:?}", f.accuracy);
     }
 

@@ -109,7 +109,8 @@ fn solve(
     let mut fields = ExactFields::on_proxy(proxy, &points, component.to_vec(), components)?;
     fields.set_distortion(factor, UNSEEN * error);
     let places = places((positions, triangles), &proxy.onto, (&surface.positions, &surface.triangles), job)?;
-    let stands = Stands::new(positions, triangles, &surface, &places)?;
+    let around = Around::new(&surface.positions, &surface.triangles)?;
+    let stands = Stands::new(positions, triangles, (&surface, &around), &places)?;
     let mut far = try_vec(stands.vertex.len(), "far ends")?;
     far.extend(stands.vertex.iter().map(|&v| v != NONE));
     all_where_none(&whole, &mut far)?;
@@ -133,7 +134,7 @@ fn solve(
 
     // --- and of the vertices
     job.begin(Stage::Geodesic, 0.97, 1.0, 1)?;
-    let d1 = interpolate(positions, &found.d1, &surface, &stands, &places)?;
+    let d1 = interpolate(positions, &found.d1, (&surface, &around), &stands, &places)?;
     Ok(Lengths { d1, ..found })
 }
 
@@ -146,16 +147,20 @@ struct Stands {
 }
 
 impl Stands {
-    fn new(positions: &[Vec3], triangles: &[[u32; 3]], surface: &AnalysisSurface, places: &[Place]) -> Result<Stands> {
+    fn new(
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        (surface, around): (&AnalysisSurface, &Around),
+        places: &[Place],
+    ) -> Result<Stands> {
         let corner = shape_corners(positions, triangles)?;
-        let around = Around::new(&surface.positions, &surface.triangles)?;
         let mut vertex = try_filled(surface.positions.len(), NONE, "far ends")?;
         let mut off = try_filled(surface.positions.len(), 0.0, "far ends")?;
         for (v, place) in places.iter().enumerate().filter(|(v, p)| corner[*v] && p.face != NONE) {
-            let mut best = (f64::INFINITY, NONE);
             let nearer = |a: (f64, u32), b: (f64, u32)| if b < a { b } else { a };
             let t = surface.triangles[place.face as usize];
-            best = t.into_iter().map(|u| (distance(positions[v], surface.positions[u as usize]), u)).fold(best, nearer);
+            let corners = t.map(|u| (distance(positions[v], surface.positions[u as usize]), u));
+            let mut best = corners.into_iter().fold((f64::INFINITY, NONE), nearer);
             if best.0 > surface.spacing {
                 around.vertices_near(positions[v], place, best.0, |u, gap| best = nearer(best, (gap, u)));
             }
@@ -192,15 +197,14 @@ fn shares(p: Vec3, place: &Place, surface: &AnalysisSurface, around: &Around) ->
 fn interpolate(
     positions: &[Vec3],
     d1: &Eccentricity,
-    surface: &AnalysisSurface,
+    (surface, around): (&AnalysisSurface, &Around),
     ends: &Stands,
     places: &[Place],
 ) -> Result<Eccentricity> {
-    let around = Around::new(&surface.positions, &surface.triangles)?;
     let mut all = try_filled(places.len(), ([f64::NAN; 3], NONE), "the field")?;
     all.par_iter_mut().zip(positions).zip(places).filter(|(_, place)| place.face != NONE).for_each(
         |((out, &p), place)| {
-            let shares = shares(p, place, surface, &around);
+            let shares = shares(p, place, surface, around);
             let mean = |values: &[f64]| shares.iter().map(|(v, w)| w * values[*v as usize]).sum();
             let end = d1.farthest[shares[0].0 as usize];
             let end = ends.vertex.get(end as usize).copied().unwrap_or(NONE);

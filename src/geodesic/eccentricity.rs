@@ -129,9 +129,7 @@ pub fn eccentricity<S: DistanceFields>(
 /// The paper's definition: a field from every vertex. Column k holds the k-th vertex of every component.
 fn all_sources<S: DistanceFields>(solver: &S, targets: Targets<'_>, job: &Job) -> Result<Eccentricity> {
     let members = members(solver, targets.ask)?;
-    let longest = members.iter().map(Vec::len).max().unwrap_or(0);
-    let columns: Vec<Vec<u32>> =
-        (0..longest).map(|k| members.iter().filter_map(|m| m.get(k).copied()).collect()).collect();
+    let columns = columns(&members);
     let far = solver.for_each_column(&slices(&columns), job, |_, field| farthest(solver, targets.far, field))?;
     let mut out = Eccentricity::unknown(solver)?;
     for (&s, far) in columns.iter().zip(&far).flat_map(|(c, far)| c.iter().map(move |s| (s, far))) {
@@ -154,6 +152,12 @@ fn members<S: DistanceFields>(solver: &S, flag: &[bool]) -> Result<Vec<Vec<u32>>
         members[c as usize].push(v as u32);
     }
     Ok(members)
+}
+
+/// Column k holds the k-th source of every component that has so many.
+fn columns(sources: &[Vec<u32>]) -> Vec<Vec<u32>> {
+    let longest = sources.iter().map(Vec::len).max().unwrap_or(0);
+    (0..longest).map(|k| sources.iter().filter_map(|s| s.get(k).copied()).collect()).collect()
 }
 
 fn slices(columns: &[Vec<u32>]) -> Vec<&[u32]> {
@@ -281,12 +285,10 @@ fn certified<S: DistanceFields>(
         let tolerance = if solver.has_spare() { tolerance.min(FINE) } else { AIM * tolerance };
         let picks: Vec<Vec<u32>> =
             fronts.iter().map(|f| next_sources(f, &state, &done, positions, tolerance, S::ROUND)).collect();
-        let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
-        if longest == 0 {
+        let columns = columns(&picks);
+        if columns.is_empty() {
             break;
         }
-        let columns: Vec<Vec<u32>> =
-            (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k).copied()).collect()).collect();
         let fields = solver.for_each_column(&slices(&columns), job, |_, field| field.to_vec())?;
         for (front, picks) in fronts.iter_mut().zip(&picks) {
             let missed = shortfall(solver, targets, &state, picks, &fields);

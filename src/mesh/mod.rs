@@ -6,6 +6,7 @@
 //! to it, and [`intrinsic`] makes triangles of any
 //! shape fit for that.
 
+pub mod around;
 pub mod corners;
 pub mod diagnostics;
 pub mod input;

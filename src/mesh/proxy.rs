@@ -5,9 +5,10 @@
 //! triangle to neighbouring triangle, and so never ends up on the other side of a thin wall.
 
 use super::NONE;
+use super::around::VertexFaces;
 use super::measure::{Vec3, corners, distance};
 use super::simplify::{Simplified, SimplifyOptions, nearest_in_triangle, simplify};
-use crate::error::{Result, try_filled, try_vec};
+use crate::error::{Result, try_filled};
 use crate::job::Job;
 use rayon::prelude::*;
 
@@ -99,8 +100,7 @@ pub fn places(
 pub struct Around<'a> {
     positions: &'a [Vec3],
     triangles: &'a [[u32; 3]],
-    first: Vec<u32>,
-    faces: Vec<u32>,
+    faces: VertexFaces,
 }
 
 impl Around<'_> {
@@ -109,25 +109,7 @@ impl Around<'_> {
     /// # Errors
     /// [`crate::error::Error::NoMemory`].
     pub fn new<'a>(positions: &'a [Vec3], triangles: &'a [[u32; 3]]) -> Result<Around<'a>> {
-        let mut first = try_filled(positions.len() + 1, 0u32, "proxy")?;
-        triangles.iter().flatten().for_each(|&v| first[v as usize + 1] += 1);
-        for v in 0..positions.len() {
-            first[v + 1] += first[v];
-        }
-        let mut fill = try_vec(positions.len(), "proxy")?;
-        fill.extend_from_slice(&first[..positions.len()]);
-        let mut faces = try_filled(3 * triangles.len(), 0u32, "proxy")?;
-        for (f, t) in triangles.iter().enumerate() {
-            for &v in t {
-                faces[fill[v as usize] as usize] = f as u32;
-                fill[v as usize] += 1;
-            }
-        }
-        Ok(Around { positions, triangles, first, faces })
-    }
-
-    fn of(&self, v: u32) -> &[u32] {
-        &self.faces[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
+        Ok(Around { positions, triangles, faces: VertexFaces::new(positions.len(), triangles)? })
     }
 
     /// Calls `take` with the vertices within `radius` of the place of `p`, each with its distance, as far as a walk over
@@ -145,7 +127,7 @@ impl Around<'_> {
                 if gap <= radius {
                     take(v, gap);
                 }
-                for &f in self.of(v) {
+                for &f in self.faces.of(v) {
                     let within = || nearest_in_triangle(corners(self.positions, self.triangles[f as usize]), p).1;
                     if faces.len() < SEEN && !faces.contains(&f) && within() <= radius * radius {
                         faces.push(f);
@@ -169,11 +151,11 @@ impl Around<'_> {
         if start == NONE {
             return best;
         }
-        if let (true, Some(&face)) = (self.positions[start as usize] == p, self.of(start).first()) {
+        if let (true, Some(&face)) = (self.positions[start as usize] == p, self.faces.of(start).first()) {
             let weights = self.triangles[face as usize].map(|v| f64::from(u8::from(v == start)));
             return (Place { face, weights }, 0.0);
         }
-        self.of(start).iter().for_each(|&f| self.look(&mut best, p, f));
+        self.faces.of(start).iter().for_each(|&f| self.look(&mut best, p, f));
         self.walk(p, best)
     }
 
@@ -186,7 +168,7 @@ impl Around<'_> {
             }
             from = best.0.face;
             for v in self.triangles[from as usize] {
-                self.of(v).iter().for_each(|&f| self.look(&mut best, p, f));
+                self.faces.of(v).iter().for_each(|&f| self.look(&mut best, p, f));
             }
         }
         best

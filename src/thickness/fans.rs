@@ -4,7 +4,8 @@
 
 use super::bvh::{RayMesh, SAME_SURFACE, dot, sub};
 use super::nearest::{Feature, closest_on_triangle};
-use crate::error::{Result, try_filled, try_vec};
+use crate::error::{Result, try_vec};
+use crate::mesh::around::VertexFaces;
 use rayon::prelude::*;
 
 /// An edge is concave if the faces there rise above each other's planes by more than this (the sine of the angle).
@@ -23,42 +24,19 @@ const ALL_WAYS: f32 = 2.0;
 /// Faces around vertices.
 #[derive(Debug, Default)]
 pub(super) struct Fans {
-    /// Where each vertex's list starts, and the last ends.
-    start: Vec<u32>,
-    faces: Vec<u32>,
+    around: VertexFaces,
     spread: Vec<Spread>,
 }
 
 impl Fans {
     pub fn new(points: &[[f64; 3]], triangles: &[[u32; 3]], normals: &[[f64; 3]]) -> Result<Fans> {
-        let mut start = try_filled(points.len() + 1, 0u32, "faces around vertices")?;
-        triangles.iter().flatten().for_each(|&v| start[v as usize] += 1);
-        let mut sum = 0;
-        for s in &mut start {
-            sum += *s;
-            *s = sum;
-        }
-        let mut faces = try_filled(sum as usize, 0u32, "faces around vertices")?;
-        for (f, t) in triangles.iter().enumerate().rev() {
-            for &v in t {
-                start[v as usize] -= 1;
-                faces[start[v as usize] as usize] = f as u32;
-            }
-        }
-        let mut fans = Fans { start, faces, spread: try_vec(points.len(), "normals around vertices")? };
-        let mut spread = std::mem::take(&mut fans.spread);
+        let around = VertexFaces::new(points.len(), triangles)?;
+        let mut spread = try_vec(points.len(), "normals around vertices")?;
         (0..points.len() as u32)
             .into_par_iter()
-            .map(|v| spread_at(v, fans.at(v), points, triangles, normals))
+            .map(|v| spread_at(v, around.of(v), points, triangles, normals))
             .collect_into_vec(&mut spread);
-        fans.spread = spread;
-        Ok(fans)
-    }
-
-    /// The faces around a vertex.
-    #[inline(always)]
-    fn at(&self, vertex: u32) -> &[u32] {
-        &self.faces[self.start[vertex as usize] as usize..self.start[vertex as usize + 1] as usize]
+        Ok(Fans { around, spread })
     }
 
     #[inline(always)]
@@ -167,6 +145,6 @@ impl RayMesh {
             return !self.faces_at(q).into_iter().any(leads_nearer);
         }
         let count = if ends[0] == ends[1] { 1 } else { 2 };
-        !ends[..count].iter().any(|&v| self.fans.at(v).iter().any(|&f| leads_nearer(f)))
+        !ends[..count].iter().any(|&v| self.fans.around.of(v).iter().any(|&f| leads_nearer(f)))
     }
 }

@@ -20,7 +20,7 @@ pub mod wall;
 mod cover_tests;
 #[cfg(test)]
 #[path = "shapes.rs"]
-mod shapes;
+pub(crate) mod shapes;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //! percent of every vertex. And the u at which the maximum is found is the far end whose field is worth having: it tells
 //! the values of all vertices that may be farthest from there. Only for distances that obey the triangle inequality.
 
-use super::{DistanceFields, Eccentricity, FINE, Targets, members, slices};
+use super::{DistanceFields, Eccentricity, FINE, Targets, columns, members, slices};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
@@ -265,10 +265,7 @@ impl<S: DistanceFields> Search<'_, S> {
     fn all_corners(&mut self, job: &Job) -> Result<()> {
         let left = |ends: &Vec<u32>| ends.iter().copied().filter(|&v| !self.done[v as usize]).collect();
         let left: Vec<Vec<u32>> = self.ends.vertices.iter().map(left).collect();
-        let count = left.iter().map(Vec::len).max().unwrap_or(0);
-        let columns: Vec<Vec<u32>> =
-            (0..count).map(|k| left.iter().filter_map(|m| m.get(k).copied()).collect()).collect();
-        for block in columns.chunks(BLOCK) {
+        for block in columns(&left).chunks(BLOCK) {
             let fields = self.solver.for_each_column(&slices(block), job, |_, field| field.to_vec())?;
             block.iter().zip(&fields).try_for_each(|(sources, field)| self.take(sources, field))?;
         }
@@ -345,12 +342,11 @@ pub fn meeting<S: DistanceFields>(
                 if members.is_empty() { Vec::new() } else { search.picks(component, members, aim, positions) };
             picks.push(of_component);
         }
-        let longest = picks.iter().map(Vec::len).max().unwrap_or(0);
-        if longest == 0 {
+        let sources: Vec<Vec<u32>> = picks.iter().map(|picks| picks.iter().map(|p| p.0).collect()).collect();
+        let columns = columns(&sources);
+        if columns.is_empty() {
             return Ok(search.conclude(&asked));
         }
-        let columns: Vec<Vec<u32>> =
-            (0..longest).map(|k| picks.iter().filter_map(|p| p.get(k)).map(|p| p.0).collect()).collect();
         let fields = solver.for_each_column(&slices(&columns), job, |_, field| field.to_vec())?;
         picks.iter().for_each(|picks| search.learn(picks, &fields));
         for (sources, field) in columns.iter().zip(&fields) {

@@ -45,8 +45,10 @@ pub unsafe extern "C" fn ar_get_vertex_d1(
 
 /// Bounds of D1 of every vertex, by the triangle inequality from the sources that were solved for: no vertex is nearer
 /// to its farthest point (with AR_PROFILE_PRINT: its farthest corner) than `lower`, none farther than `upper`, coordinate
-/// units. With AR_PROFILE_PRINT they hold for exact distances to within rounding, as long as those were used; bounds from heat distances are as good as these, and
-/// padded by the contradictions that the distances show among themselves. NaN where D1 is.
+/// units. With AR_PROFILE_PRINT they hold for exact distances to within rounding, as long as those were used; on a mesh
+/// that stands in (ar_get_accuracy tells) they are padded by how far its distances were found to be off, and on large
+/// meshes they are means of those of points near by. Bounds from heat distances are as good as these, and padded by the
+/// contradictions that they show among themselves. NaN where D1 is.
 ///   lower, upper   capacity numbers each, capacity in vertices; both or neither NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_vertex_d1_bounds(

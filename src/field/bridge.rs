@@ -38,6 +38,8 @@ pub(super) struct Stands {
     pub vertex: Vec<u32>,
     /// Model units.
     pub off: Vec<f64>,
+    /// No vertex is farther than this from the point that stands for it.
+    pub reach: f64,
 }
 
 /// The values of a place: distance, its bounds, and the far end.
@@ -119,19 +121,23 @@ impl<'a> Bridge<'a> {
         let least = |a: Vec<_>, b: Vec<_>| a.into_iter().zip(b).map(|(a, b)| nearer(a, b)).collect();
         let nearest: Vec<(f64, u32)> = nearest.reduce(none, least);
         // --- by vertex the best point
-        let none = || vec![false; count];
-        let chosen = wanted().fold(none, |mut chosen, v| {
-            let mut best = (f64::INFINITY, NONE);
-            // what is lost on the way there and from there to its own vertex
-            self.points_near(v, |u, gap| best = nearer(best, (gap + nearest[u as usize].0, u)));
+        let none = || (vec![false; count], 0.0);
+        let chosen = wanted().fold(none, |(mut chosen, reach): (Vec<bool>, f64), v| {
+            let (mut best, mut away) = ((f64::INFINITY, NONE), 0.0);
+            self.points_near(v, |u, gap| {
+                // what is lost on the way there and from there to its own vertex
+                let lost = (gap + nearest[u as usize].0, u);
+                (best, away) = if lost < best { (lost, gap) } else { (best, away) };
+            });
             if let Some(chosen) = chosen.get_mut(best.1 as usize) {
                 *chosen = true;
             }
-            chosen
+            (chosen, reach.max(away))
         });
         let either = |a: Vec<bool>, b: Vec<bool>| a.into_iter().zip(b).map(|(a, b)| a | b).collect();
-        let chosen: Vec<bool> = chosen.reduce(none, either);
-        let mut out = Stands { vertex: try_filled(count, NONE, "far ends")?, off: try_filled(count, 0.0, "far ends")? };
+        let (chosen, reach) = chosen.reduce(none, |a, b| (either(a.0, b.0), a.1.max(b.1)));
+        let (vertex, off) = (try_filled(count, NONE, "far ends")?, try_filled(count, 0.0, "far ends")?);
+        let mut out = Stands { vertex, off, reach };
         for u in (0..count).filter(|&u| chosen[u]) {
             (out.off[u], out.vertex[u]) = nearest[u];
         }
@@ -211,7 +217,8 @@ mod tests {
             let options = SurfaceOptions { target_vertices: 600, ..SurfaceOptions::default() };
             let surface = AnalysisSurface::refine(&proxy.positions, &proxy.triangles, &options, &job).unwrap();
             let bridge = Bridge::new((&p, &t), (&reference, &proxy.onto), &surface, &job).unwrap();
-            assert_eq!((0..p.len()).all(|v| bridge.known(v).is_some()), faces == 4_000);
+            let known = (0..p.len()).filter(|&v| bridge.known(v).is_some()).count();
+            assert!((2 * known > p.len()) == (faces == 4_000) && known < p.len(), "{known} of {}", p.len());
             // a value that grows by one a unit of length, and every point its own far end
             let along = |q: &Vec3| dot(*q, [2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0]);
             let told: Vec<f64> = surface.positions.iter().map(along).collect();
@@ -233,7 +240,7 @@ mod tests {
             let points = || (0..told.len()).filter(|&u| stands.vertex[u] != NONE);
             for q in &p {
                 let least = points().map(|u| distance(surface.positions[u], *q)).fold(f64::INFINITY, f64::min);
-                assert!(least <= surface.spacing, "{least}");
+                assert!(least <= stands.reach && stands.reach < surface.spacing, "{least} {}", stands.reach);
             }
             let found = bridge.spread(&d1, &stands).unwrap();
             for (v, q) in p.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Features: what a person would point at, with what they measure.
 //!
 //! The walk: the segments of [`crate::segment`] → [`widths`] at places spread over them → [`merge`] (what lies back to back
-//! is one wall) → [`split`] (thin walls flush with their body) → measures of each: [`lengths`] without the [`foot`], widths,
-//! [`kind`] → judged by [`limits`] → [`report`].
+//! is one wall) → [`sheets`] (what is bent or closed is one) → [`split`] (thin walls flush with their body) → measures of
+//! each: [`lengths`] without the [`foot`], widths, [`kind`] → judged by [`limits`] → [`report`].
 //!
 //! A feature's slenderness is D1max / D2max: the longest shortest way on its own surface over its thickness. Its thickness
 //! is the width of the solid there where both sides belong to the feature, so that neither the fillet at its foot nor
@@ -15,6 +15,7 @@ pub mod limits;
 mod measure;
 pub mod merge;
 pub mod report;
+pub mod sheets;
 pub mod split;
 pub mod widths;
 
@@ -126,6 +127,10 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     // --- segments back to back are one
     let joined = merge::back_to_back(positions, &triangles, &segments, &places)?;
     let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();
+    // --- a bent sheet, and the walls of a box
+    let dual = Dual::new(positions, &triangles, mesh.topology()?)?;
+    let sheet = sheets::closed_or_bent(&dual, &joined, &places)?;
+    let joined: Vec<u32> = joined.iter().map(|&s| sheet[s as usize]).collect();
     // --- thin walls on thick bodies without a crease between
     let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places)?;
     let face_feature = numbered(positions, &triangles, &parts)?;
@@ -134,7 +139,6 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let mut by_feature: Vec<Vec<&Place>> = vec![Vec::new(); members.len()];
     places.iter().for_each(|p| by_feature[face_feature[p.face as usize] as usize].push(p));
     job.begin(Stage::Geodesic, 0.7, 1.0, members.len() as u64)?;
-    let dual = Dual::new(positions, &triangles, mesh.topology()?)?;
     let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &face_feature };
     let features: Vec<Feature> = (members.par_iter().zip(by_feature).enumerate())
         .map(|(k, (faces, places))| {

@@ -19,6 +19,7 @@ pub mod measure;
 mod parts;
 pub mod patches;
 mod reach;
+mod refine;
 pub mod ring;
 mod shortcuts;
 pub mod spectral;

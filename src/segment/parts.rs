@@ -5,10 +5,11 @@ use super::cut::contract;
 use super::dual::Dual;
 use super::finish::NEUTRAL;
 use super::patches::{Border, Patches};
+use super::refine::refine;
 use super::spectral::{Embedding, MOST, embed_all, embed_sampled};
 use super::vsi::Images;
 use super::{Criterion, SegmentOptions};
-use crate::error::{Error, Result, try_vec};
+use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, add, distance, dot, norm, scale};
@@ -75,6 +76,7 @@ pub fn by_creases(
     let best = starts.into_iter().min_by(|a, b| misfit(&a.1).cmp(&misfit(&b.1)).then(a.0.total_cmp(&b.0)));
     let mut region = best.map_or(Vec::new(), |b| b.1);
     if count.is_none() {
+        bettered(patches, &pulls, &across, &mut region, job)?;
         region = reunited(&region, &over, &across)?;
     }
     Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
@@ -103,6 +105,57 @@ fn distinct(label: &[u32]) -> usize {
     let mut seen = vec![false; label.len()];
     label.iter().for_each(|&l| seen[l as usize] = true);
     seen.into_iter().filter(|s| *s).count()
+}
+
+/// A smooth piece is the side of a plate if so much of it has the same other piece across.
+const PLATE: f64 = 0.7;
+/// A part is looked for around smooth pieces of so many patches at least.
+const LARGE: u32 = 4;
+
+/// Two plates in an angle hang together by their rims before the crease between them counts. Therefore a cut is bettered
+/// first with the sides of plates as they are: smooth pieces, parted by convex edges as much as by concave ones, with one
+/// other across most of them.
+fn bettered(patches: &Patches, pulls: &[Tie], across: &[Tie], region: &mut [u32], job: &Job) -> Result<()> {
+    let n = region.len();
+    let sharp = |b: &Border| (b.patches, pull(b.length, b.concave + b.convex));
+    let sharp: Vec<Tie> = patches.borders.iter().map(sharp).collect();
+    let piece = contract(n, &sharp, None)?;
+    // --- by piece: its patches, and those that have another one across
+    let mut count = try_filled(n, 0u32, "sides of plates")?;
+    piece.iter().for_each(|&p| count[p as usize] += 1);
+    let mut tied: Vec<[u32; 3]> = try_vec(2 * across.len(), "sides of plates")?;
+    tied.extend(
+        across.iter().flat_map(|&([a, b], _)| [[a, b], [b, a]].map(|[a, b]| [piece[a as usize], piece[b as usize], a])),
+    );
+    tied.sort_unstable();
+    tied.dedup();
+    let mut side = try_filled(n, false, "sides of plates")?;
+    for same in tied.chunk_by(|a, b| a[..2] == b[..2]).filter(|same| same[0][0] != same[0][1]) {
+        let p = same[0][0] as usize;
+        side[p] |= same.len() as f64 >= PLATE * f64::from(count[p]);
+    }
+    // --- sides of plates as one node, as far as they are of one region; other patches as they are
+    let mut unit: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    let node: Vec<u32> = (0..n as u32)
+        .map(|v| match piece[v as usize] {
+            p if side[p as usize] => *unit.entry([p, region[v as usize]]).or_insert(v),
+            _ => v,
+        })
+        .collect();
+    let between = pulls.iter().map(|&(p, w)| (p.map(|v| node[v as usize]), w)).filter(|t| t.0[0] != t.0[1]);
+    let between: Vec<Tie> = between.collect();
+    // --- what is parted may begin with any smooth piece
+    let mut seeds: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
+    for v in 0..n as u32 {
+        if node[v as usize] == v {
+            seeds.entry([piece[v as usize], region[v as usize]]).or_default().push(v);
+        }
+    }
+    let seeds: Vec<Vec<u32>> = seeds.into_iter().filter(|s| count[s.0[0] as usize] >= LARGE).map(|s| s.1).collect();
+    refine(n, &between, &seeds, region, job)?;
+    (0..n).for_each(|v| region[v] = region[node[v] as usize]);
+    // --- the borders between them
+    refine(n, pulls, &[], region, job)
 }
 
 /// How much of what holds two pieces together across a wall counts, in shares of their attraction by the borders of the

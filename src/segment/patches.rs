@@ -16,6 +16,8 @@ use std::collections::BinaryHeap;
 
 /// How far apart one radian of concave turning puts two faces, in patch diameters.
 const TURN: f64 = 3.0;
+/// One radian of turning over a sharp convex edge does, in patch diameters: the edge of a box is the border of a patch.
+const OVER: f64 = 0.7;
 /// Turn of a sharp edge, radians.
 const SHARP: f64 = 0.4;
 /// A face farther than this from all seeds becomes one, in patch diameters.
@@ -245,7 +247,8 @@ fn grow(dual: &Dual, metric: &Metric, f: u32, seed: u32, place: &mut [Place], he
         }
         for &(g, s) in dual.around(f) {
             let step = &dual.steps[s as usize];
-            let d = d + step.geodesic / metric.diameter + TURN * step.turn.max(0.0);
+            let over = if step.turn <= -SHARP { -OVER * step.turn } else { 0.0 };
+            let d = d + step.geodesic / metric.diameter + TURN * step.turn.max(0.0) + over;
             let there = &mut place[g as usize];
             if d <= metric.reach && d < there.distance {
                 *there = Place {

@@ -36,6 +36,8 @@ const MOST: usize = 128;
 const BENT: f64 = 2.5;
 /// What a step over a line turns, radians: a little more than neutral.
 const CUT: f64 = 0.62;
+/// A line goes on over the edge of its side if what is flush there is at most so many times as wide as the crease is long.
+const FOLD: f64 = 1.25;
 /// An outline is straight as long as it turns less than this, radians.
 const STRAIGHT: f64 = 0.2;
 
@@ -119,8 +121,12 @@ pub fn draw(dual: &mut Dual, walker: &Walker<'_>, job: &Job) -> Result<()> {
         if corners.is_empty() || corners.len() > MOST {
             continue;
         }
-        for line in side.lines(walker, &mut corners) {
-            side.mark(dual, line);
+        let lines = side.lines(walker, &mut corners);
+        lines.iter().for_each(|line| side.mark(dual, line.ends));
+        for line in lines {
+            if let [Some(k), None] = line.corners {
+                side.fold(dual, walker, line.ends[1], corners[k].crease);
+            }
         }
     }
     Ok(())
@@ -178,6 +184,14 @@ fn cross_over([p, q]: [Point; 2], [a, b]: [Point; 2]) -> bool {
     let (s, t) = (wedge(d, minus(a, p)), wedge(d, minus(b, p)));
     let (u, v) = (wedge(e, minus(p, a)), wedge(e, minus(q, a)));
     s * t < 0.0 && u * v < 0.0
+}
+
+/// How far along `way` a line from a point meets a segment.
+fn meets(from: Point, way: Point, p: Point, q: Point) -> Option<f64> {
+    let (edge, off) = (minus(q, p), minus(p, from));
+    let steep = wedge(way, edge);
+    let (c, share) = (wedge(off, edge) / steep, wedge(off, way) / steep);
+    (steep != 0.0 && (0.0..=1.0).contains(&share)).then_some(c)
 }
 
 impl Side {
@@ -302,7 +316,7 @@ impl Side {
     }
 
     /// The lines that are drawn: the shortest first, from corners that are still concave, none across another.
-    fn lines(&self, walker: &Walker<'_>, corners: &mut [Corner]) -> Vec<[Point; 2]> {
+    fn lines(&self, walker: &Walker<'_>, corners: &mut [Corner]) -> Vec<Line> {
         let outline: Vec<([u32; 2], [Point; 2])> =
             self.outline.iter().map(|&e| (e, e.map(|v| self.flat(walker, v)))).collect();
         let mut open: Vec<Line> = Vec::new();
@@ -333,7 +347,7 @@ impl Side {
             let (a, b) = (key(a), key(b));
             a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
         });
-        let mut drawn: Vec<[Point; 2]> = Vec::new();
+        let mut drawn: Vec<Line> = Vec::new();
         for line in open {
             let ways = [minus(line.ends[1], line.ends[0]), minus(line.ends[0], line.ends[1])];
             let turns = [0, 1].map(|e| line.corners[e].map(|k| (k, corners[k].aside(angle(ways[e])))));
@@ -344,11 +358,12 @@ impl Side {
             let own = |v: u32| line.corners.iter().flatten().any(|&k| corners[k].vertex == v);
             let blocked = || {
                 let mut edges = outline.iter().filter(|(e, _)| !own(e[0]) && !own(e[1]));
-                edges.any(|(_, ends)| cross_over(line.ends, *ends)) || drawn.iter().any(|d| cross_over(line.ends, *d))
+                edges.any(|(_, ends)| cross_over(line.ends, *ends))
+                    || drawn.iter().any(|d| cross_over(line.ends, d.ends))
             };
             if useful && !blocked() {
                 turns.into_iter().flatten().for_each(|(k, t)| corners[k].lines.extend(t));
-                drawn.push(line.ends);
+                drawn.push(line);
             }
         }
         drawn
@@ -372,6 +387,36 @@ impl Side {
         // not quite to the outline, so that it does not cross it
         let short = c * (1.0 - 1e-9);
         Some((c, [a.at[0] + short * way[0], a.at[1] + short * way[1]], around))
+    }
+
+    /// --- a line that ends on an edge goes on around it, straight across what is flush there, if that is no wider than
+    /// the crease is long
+    fn fold(&self, dual: &mut Dual, walker: &Walker<'_>, end: Point, crease: f64) {
+        let at: Vec3 = std::array::from_fn(|k| self.origin[k] + end[0] * self.axes[0][k] + end[1] * self.axes[1][k]);
+        let off = |h: u32| {
+            let (t, k) = (walker.triangles[h as usize / 3], h as usize % 3);
+            let [a, b] = [t[k], t[(k + 1) % 3]].map(|v| self.flat(walker, v));
+            let (edge, to) = (minus(b, a), minus(end, a));
+            let share = (to[0] * edge[0] + to[1] * edge[1]) / (edge[0] * edge[0] + edge[1] * edge[1]);
+            let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+            long(to, edge.map(|x| share * x))
+        };
+        let beyond =
+            |h: &u32| walker.topology.twin(*h) != NONE && !self.faces.contains(&(walker.topology.twin(*h) / 3));
+        let edges = self.faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(beyond).map(|h| (off(h), h));
+        let Some((_, edge)) = edges.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else { return };
+        let side = Side::new(dual, walker, walker.topology.twin(edge) / 3);
+        let down = scale(cross(self.axes[0], self.axes[1]), -1.0);
+        let (from, way) = (side.project(at), side.axes.map(|a| dot(a, down)));
+        if way[0].hypot(way[1]) < SQUARE {
+            return;
+        }
+        let outline = side.outline.iter().map(|e| e.map(|v| side.flat(walker, v)));
+        let ends = outline.filter_map(|[p, q]| meets(from, way, p, q)).filter(|c| *c > 1e-3 * crease);
+        let length = ends.fold(f64::INFINITY, f64::min);
+        if length <= FOLD * crease {
+            side.mark(dual, [from, [from[0] + length * way[0], from[1] + length * way[1]]]);
+        }
     }
 
     /// --- steps between faces on two sides of a line

@@ -91,6 +91,15 @@ fn spread_at(v: u32, fan: &[u32], points: &[[f64; 3]], triangles: &[[u32; 3]], n
     (axis.map(|x| x as f32), chord2.sqrt() as f32)
 }
 
+/// Whether a point is outside the box of a triangle by more than what counts as the same surface.
+#[inline(always)]
+fn is_beside(q: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> bool {
+    (0..3).any(|k| {
+        let (lo, hi) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
+        q[k] < lo - SAME_SURFACE || q[k] > hi + SAME_SURFACE
+    })
+}
+
 impl RayMesh {
     /// The chord from `axis` within which are the directions from which something inside can be nearest to a place of
     /// the face, as directions of normals.
@@ -134,7 +143,7 @@ impl RayMesh {
         let leads_nearer = |face: u32| {
             let n = self.normals[face as usize];
             let corners = self.corners(face);
-            if n == [0.0; 3] || dot(sub(q, corners[0]), n).abs() > SAME_SURFACE {
+            if n == [0.0; 3] || dot(sub(q, corners[0]), n).abs() > SAME_SURFACE || is_beside(q, corners) {
                 return false;
             }
             let away = sub(c, closest_on_triangle(c, corners));

@@ -267,18 +267,24 @@ enum Aim {
 }
 
 impl Finder<'_> {
-    /// Takes a contact; true if that is enough.
+    /// Whether a contact would matter, if it is one.
     #[inline(always)]
-    fn take(&mut self, mut new: Contact, reach: f64) -> bool {
-        new.local = self.contacts.is_local(&new, self.c);
+    fn wants(&self, new: &Contact) -> bool {
         match self.aim {
-            Aim::First => self.full = self.contacts.list.len() >= MANY,
-            Aim::Opposite(first) => self.full = new.d <= self.certain && new.opposes(&first),
-            Aim::All => {}
+            Aim::Opposite(first) => new.d <= self.certain && new.opposes(&first),
+            Aim::First | Aim::All => true,
         }
-        if self.full || !matches!(self.aim, Aim::Opposite(_)) {
-            self.contacts.add(new, reach);
-        }
+    }
+
+    /// Takes a contact that is wanted; true if that is enough.
+    #[inline(always)]
+    fn take(&mut self, new: Contact, reach: f64) -> bool {
+        self.full = match self.aim {
+            Aim::First => self.contacts.list.len() >= MANY,
+            Aim::Opposite(_) => true,
+            Aim::All => false,
+        };
+        self.contacts.add(new, reach);
         self.full
     }
 
@@ -331,10 +337,12 @@ impl Visitor for Finder<'_> {
                 continue;
             }
             self.best = self.best.min(d);
-            let up = away.map(|x| x / d);
-            let face = block.face[k];
-            if self.mesh.is_nearest(self.c, (q, feature), face, up, d)
-                && self.take(Contact { up, face, d, local: false }, reach)
+            let mut new = Contact { up: away.map(|x| x / d), face: block.face[k], d, local: false };
+            new.local = self.contacts.is_local(&new, self.c);
+            // what the surface around it leads to is dear to find out
+            if self.wants(&new)
+                && self.mesh.is_nearest(self.c, (q, feature), new.face, new.up, d)
+                && self.take(new, reach)
             {
                 return (self.c, 0.0);
             }

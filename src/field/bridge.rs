@@ -38,8 +38,6 @@ pub(super) struct Stands {
     pub vertex: Vec<u32>,
     /// Model units.
     pub off: Vec<f64>,
-    /// No vertex is farther than this from the point that stands for it.
-    pub reach: f64,
 }
 
 /// The values of a place: distance, its bounds, and the far end.
@@ -79,67 +77,44 @@ impl<'a> Bridge<'a> {
         (away <= (AROUND - NEAR) * self.surface.spacing && !self.near[r].is_empty()).then(|| &self.near[r][..])
     }
 
-    /// Calls `take` with points around a vertex of the mesh, each with its distance; some may come twice.
-    fn points_near(&self, v: usize, mut take: impl FnMut(u32, f64)) {
-        let (p, face) = (self.positions[v], self.face[v]);
-        let gap = |u: u32| distance(p, self.surface.positions[u as usize]);
-        if face == NONE {
-            return;
-        }
-        if let Some(near) = self.known(v) {
-            near.iter().for_each(|&u| take(u, gap(u)));
-            return;
-        }
-        let corners = self.surface.triangles[face as usize];
-        corners.into_iter().for_each(|u| take(u, gap(u)));
-        let least = corners.into_iter().map(gap).fold(f64::INFINITY, f64::min);
-        if least > self.surface.spacing {
-            self.around.vertices_near(p, &self.place(face, p), least, take);
-        }
-    }
-
     /// The place on a face of the surface.
     fn place(&self, face: u32, p: Vec3) -> Place {
         Place::nearest((&self.surface.positions, &self.surface.triangles), face, p)
     }
 
-    /// The points that stand for the vertices of the mesh that have their flag set: for every one of these one that is near
-    /// it and has a vertex near itself.
+    /// The points that stand for the vertices of the mesh that have their flag set: the nearest corners of the triangles that
+    /// these lie on or, where they are far away, the nearest points.
     ///
     /// # Errors
     /// [`crate::error::Error::NoMemory`].
     pub fn stands(&self, wanted: &[bool]) -> Result<Stands> {
-        let count = self.surface.positions.len();
-        let wanted = || (0..wanted.len()).into_par_iter().with_min_len(PIECE).filter(|v| wanted[*v]);
         let nearer = |a: (f64, u32), b: (f64, u32)| if b < a { b } else { a };
-        // --- by point the nearest vertex
-        let none = || vec![(f64::INFINITY, NONE); count];
-        let nearest = wanted().fold(none, |mut best, v| {
-            self.points_near(v, |u, gap| best[u as usize] = nearer(best[u as usize], (gap, v as u32)));
-            best
-        });
-        let least = |a: Vec<_>, b: Vec<_>| a.into_iter().zip(b).map(|(a, b)| nearer(a, b)).collect();
-        let nearest: Vec<(f64, u32)> = nearest.reduce(none, least);
-        // --- by vertex the best point
-        let none = || (vec![false; count], 0.0);
-        let chosen = wanted().fold(none, |(mut chosen, reach): (Vec<bool>, f64), v| {
-            let (mut best, mut away) = ((f64::INFINITY, NONE), 0.0);
-            self.points_near(v, |u, gap| {
-                // what is lost on the way there and from there to its own vertex
-                let lost = (gap + nearest[u as usize].0, u);
-                (best, away) = if lost < best { (lost, gap) } else { (best, away) };
-            });
-            if let Some(chosen) = chosen.get_mut(best.1 as usize) {
-                *chosen = true;
+        let nearest = |v: usize| {
+            let (p, face) = (self.positions[v], self.face[v]);
+            let gap = |u: u32| (distance(p, self.surface.positions[u as usize]), u);
+            let mut best =
+                self.surface.triangles[face as usize].into_iter().map(gap).fold((f64::INFINITY, NONE), nearer);
+            if best.0 > self.surface.spacing {
+                match self.known(v) {
+                    Some(near) => best = near.iter().map(|&u| gap(u)).fold(best, nearer),
+                    None => {
+                        let place = self.place(face, p);
+                        self.around.vertices_near(p, &place, best.0, |u, gap| best = nearer(best, (gap, u)));
+                    }
+                }
             }
-            (chosen, reach.max(away))
-        });
-        let either = |a: Vec<bool>, b: Vec<bool>| a.into_iter().zip(b).map(|(a, b)| a | b).collect();
-        let (chosen, reach) = chosen.reduce(none, |a, b| (either(a.0, b.0), a.1.max(b.1)));
-        let (vertex, off) = (try_filled(count, NONE, "far ends")?, try_filled(count, 0.0, "far ends")?);
-        let mut out = Stands { vertex, off, reach };
-        for u in (0..count).filter(|&u| chosen[u]) {
-            (out.off[u], out.vertex[u]) = nearest[u];
+            best
+        };
+        let mut found = try_filled(wanted.len(), (f64::INFINITY, NONE), "far ends")?;
+        let all = found.par_iter_mut().with_min_len(PIECE).enumerate();
+        all.filter(|(v, _)| wanted[*v] && self.face[*v] != NONE).for_each(|(v, found)| *found = nearest(v));
+        let count = self.surface.positions.len();
+        let mut out = Stands { vertex: try_filled(count, NONE, "far ends")?, off: try_filled(count, 0.0, "far ends")? };
+        for (v, &(gap, point)) in found.iter().enumerate().filter(|(_, found)| found.1 != NONE) {
+            let point = point as usize;
+            if out.vertex[point] == NONE || gap < out.off[point] {
+                (out.vertex[point], out.off[point]) = (v as u32, gap);
+            }
         }
         Ok(out)
     }
@@ -234,13 +209,12 @@ mod tests {
             };
             let stands = bridge.stands(&vec![true; p.len()]).unwrap();
             for (&v, (&off, at)) in stands.vertex.iter().zip(stands.off.iter().zip(&surface.positions)) {
-                let least = p.iter().map(|q| distance(*q, *at)).fold(f64::INFINITY, f64::min);
-                assert!(v == NONE || (off == distance(p[v as usize], *at) && off < least + 1e-9), "{off} {least}");
+                assert!(v == NONE || (off == distance(p[v as usize], *at) && off < surface.spacing), "{off}");
             }
             let points = || (0..told.len()).filter(|&u| stands.vertex[u] != NONE);
             for q in &p {
                 let least = points().map(|u| distance(surface.positions[u], *q)).fold(f64::INFINITY, f64::min);
-                assert!(least <= stands.reach && stands.reach < surface.spacing, "{least} {}", stands.reach);
+                assert!(least < surface.spacing, "{least}");
             }
             let found = bridge.spread(&d1, &stands).unwrap();
             for (v, q) in p.iter().enumerate() {

@@ -92,17 +92,13 @@ fn solve(
     let stands = bridge.stands(&shape_corners(positions, triangles)?)?;
     let mut far = try_vec(stands.vertex.len(), "far ends")?;
     far.extend(stands.vertex.iter().map(|&v| v != NONE));
-    let count = |far: &[bool]| far.iter().filter(|f| **f).count();
-    let corners = count(&far);
     all_where_none(&whole, &mut far)?;
-    // the farthest corner need not be one of the points, but is this near to one
-    let covered = COVERED * surface.spacing;
-    let beyond = if count(&far) == corners { covered.min(stands.reach) } else { covered };
     drop(whole);
     job.begin(Stage::Geodesic, 0.42, 0.9, surface.positions.len() as u64)?;
     let accuracy = Accuracy::on(Method::ExactOnProxy, &proxy.positions, &proxy.triangles);
     let solved = (&proxy.positions[..], &proxy.triangles[..], accuracy);
-    // no D1 is less than half the largest
+    // the farthest corner need not be one of the points, but is this near to one; no D1 is less than half the largest
+    let beyond = COVERED * surface.spacing;
     let d1 = match options.d1 {
         Mode::Certified { tolerance } => {
             Mode::Certified { tolerance: (tolerance - 2.0 * beyond / longest).max(LEAST * tolerance) }

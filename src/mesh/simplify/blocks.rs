@@ -152,3 +152,53 @@ fn along_curve(p: Vec3, lo: Vec3, size: f64) -> u64 {
     };
     (0..3).fold(0, |key, k| key | spread((p[k] - lo[k]) / size) << k)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::CancelToken;
+    use crate::mesh::measure::{area, corners, distance};
+    use crate::mesh::shapes::{Shape, icosphere};
+    use crate::mesh::simplify::simplify;
+
+    fn simple((p, t): &Shape, target_faces: usize, max_error: f64, threads: usize) -> Simplified {
+        assert!(t.len() > MANY);
+        let job = Job::new(threads, None, CancelToken::default());
+        job.run(None, || simplify(p, t, &SimplifyOptions { target_faces, max_error }, &job)).unwrap()
+    }
+
+    #[test]
+    fn a_sphere_of_very_many_triangles_stays_one_on_any_number_of_threads() {
+        let sphere = icosphere(7);
+        let found = simple(&sphere, 2_000, 0.01, 3);
+        let mut left: Vec<u32> = found.triangles.iter().flatten().copied().collect();
+        left.sort_unstable();
+        left.dedup();
+        assert!(found.triangles.len() <= 2_000 && found.triangles.len() > 1_900, "{}", found.triangles.len());
+        assert_eq!(found.triangles.len(), 2 * left.len() - 4, "still a sphere");
+        for (v, &to) in found.onto.iter().enumerate() {
+            assert!(left.binary_search(&to).is_ok() && found.onto[to as usize] == to);
+            // triangles of about 0.12 a side
+            assert!(distance(sphere.0[v], sphere.0[to as usize]) < 0.4);
+        }
+        let whole: f64 = found.triangles.iter().map(|t| area(corners(&sphere.0, *t))).sum();
+        assert!((whole / (4.0 * std::f64::consts::PI) - 1.0).abs() < 0.01, "{whole}");
+        assert_eq!(found, simple(&sphere, 2_000, 0.01, 1));
+    }
+
+    #[test]
+    fn a_flat_sheet_of_very_many_triangles_becomes_a_few() {
+        let n = 400;
+        let at = |i: u32, j: u32| i * (n + 1) + j;
+        let points = (0..=n).flat_map(|i| (0..=n).map(move |j| [f64::from(i), 0.5 * f64::from(j), 0.0])).collect();
+        let cells = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let triangles = cells.flat_map(|(i, j)| {
+            [[at(i, j), at(i + 1, j), at(i, j + 1)], [at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)]]
+        });
+        let sheet = (points, triangles.collect());
+        let found = simple(&sheet, 0, 1e-9, 2);
+        assert!(found.triangles.len() < 10, "{}", found.triangles.len());
+        let whole: f64 = found.triangles.iter().map(|t| area(corners(&sheet.0, *t))).sum();
+        assert!((whole / 80_000.0 - 1.0).abs() < 1e-9, "nothing lost, nothing folded: {whole}");
+    }
+}

@@ -89,6 +89,7 @@ impl<'a> Bridge<'a> {
     /// [`crate::error::Error::NoMemory`].
     pub fn stands(&self, wanted: &[bool]) -> Result<Stands> {
         let nearer = |a: (f64, u32), b: (f64, u32)| if b < a { b } else { a };
+        let join = |a: ((f64, u32), bool), b: ((f64, u32), bool)| (nearer(a.0, b.0), a.1 | b.1);
         let nearest = |v: usize| {
             let (p, face) = (self.positions[v], self.face[v]);
             let gap = |u: u32| (distance(p, self.surface.positions[u as usize]), u);
@@ -105,16 +106,31 @@ impl<'a> Bridge<'a> {
             }
             best
         };
-        let mut found = try_filled(wanted.len(), (f64::INFINITY, NONE), "far ends")?;
-        let all = found.par_iter_mut().with_min_len(PIECE).enumerate();
-        all.filter(|(v, _)| wanted[*v] && self.face[*v] != NONE).for_each(|(v, found)| *found = nearest(v));
         let count = self.surface.positions.len();
-        let mut out = Stands { vertex: try_filled(count, NONE, "far ends")?, off: try_filled(count, 0.0, "far ends")? };
-        for (v, &(gap, point)) in found.iter().enumerate().filter(|(_, found)| found.1 != NONE) {
-            let point = point as usize;
-            if out.vertex[point] == NONE || gap < out.off[point] {
-                (out.vertex[point], out.off[point]) = (v as u32, gap);
+        let all = || {
+            let vertices = (0..wanted.len()).into_par_iter().with_min_len(PIECE);
+            vertices.filter(|&v| wanted[v] && self.face[v] != NONE)
+        };
+        // --- the points, and by point the nearest vertex of all
+        let none = || vec![((f64::INFINITY, NONE), false); count];
+        let found = all().fold(none, |mut found, v| {
+            let mut meet = |u: u32| {
+                let at = &mut found[u as usize];
+                at.0 = nearer(at.0, (distance(self.positions[v], self.surface.positions[u as usize]), v as u32));
+            };
+            self.known(v).unwrap_or_default().iter().for_each(|&u| meet(u));
+            let stand = nearest(v).1;
+            if stand != NONE {
+                meet(stand);
+                found[stand as usize].1 = true;
             }
+            found
+        });
+        let both = |a: Vec<_>, b: Vec<_>| a.into_iter().zip(b).map(|(a, b): (_, _)| join(a, b)).collect();
+        let found: Vec<((f64, u32), bool)> = found.reduce(none, both);
+        let mut out = Stands { vertex: try_filled(count, NONE, "far ends")?, off: try_filled(count, 0.0, "far ends")? };
+        for (u, found) in found.iter().enumerate().filter(|(_, found)| found.1) {
+            (out.off[u], out.vertex[u]) = found.0;
         }
         Ok(out)
     }

@@ -70,10 +70,10 @@ pub struct OrientedBox {
 }
 
 /// The smallest of some boxes around the faces: along the principal axes of their area, and along the directions most of
-/// the area faces.
-pub fn oriented_box(positions: &[Vec3], triangles: &[[u32; 3]]) -> OrientedBox {
-    let mut frames = vec![principal(positions, triangles)];
-    frames.extend(facing(positions, triangles));
+/// the area faces, as `guide`, the same mesh or one that stands in for it, has them.
+pub fn oriented_box((positions, triangles): (&[Vec3], &[[u32; 3]]), guide: (&[Vec3], &[[u32; 3]])) -> OrientedBox {
+    let mut frames = vec![principal(guide.0, guide.1)];
+    frames.extend(facing(guide.0, guide.1));
     let boxes = frames.into_iter().map(|axes| fitted(positions, triangles, axes));
     let volume = |b: &OrientedBox| b.size[0] * b.size[1] * b.size[2];
     let smallest = boxes.reduce(|a, b| if volume(&b) < volume(&a) * (1.0 - 1e-6) { b } else { a });

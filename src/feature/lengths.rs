@@ -4,12 +4,13 @@
 //! followed on the feature itself, and shows how far the stand-in is off. No way between two points is longer than one by
 //! way of a third, which bounds all of them from the fields of a few.
 
-use crate::error::{Error, Result, try_vec};
+use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::Ways;
 use crate::geodesic::exact::{Distances, ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
 use crate::job::Job;
+use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, add, area_vector, at_weights, bounding_box, corners, distance, dot, scale};
-use crate::mesh::proxy::Proxy;
+use crate::mesh::proxy::{Proxy, REFERENCE_LIMIT};
 use crate::mesh::simplify::{SimplifyOptions, nearest_in_triangle};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use rayon::prelude::*;
@@ -24,6 +25,8 @@ const EXCESS: f64 = 4.0 * TOLERANCE;
 const SOURCES: (usize, usize) = (8, 24);
 /// The bound is narrow enough at this relative gap.
 const NARROW: f64 = 0.03;
+/// Between more points than this each is bounded by the ways to the sources alone.
+const MANY_POINTS: usize = 60_000;
 /// Windows after which the bound is left as it is.
 const WINDOWS: usize = 2_000_000;
 /// A feature of more faces than this has another mesh stand in, of fewer faces but at least the second number, that may be
@@ -55,6 +58,8 @@ struct Search<'a> {
     vertices: usize,
     ways: Ways,
     used: Vec<bool>,
+    /// No way from a point is longer, by the far ends of the sources.
+    reach: Vec<f64>,
     best: (f64, [usize; 2]),
     windows: usize,
 }
@@ -77,7 +82,10 @@ impl Search<'_> {
             self.best = (reach, [k, end]);
         }
         // ways that were given up are ways, too
-        self.ways.add(&all)?;
+        if self.place.len() <= MANY_POINTS {
+            self.ways.add(&all)?;
+        }
+        self.reach.iter_mut().zip(&all).for_each(|(most, d)| *most = most.min(d + reach));
         Ok((end, reach))
     }
 
@@ -103,6 +111,9 @@ impl Search<'_> {
 
     /// Follows ways from wherever one could still be longer. Returns the length that none exceeds.
     fn narrow(&mut self, scratch: &mut Scratch, job: &Job) -> Result<f64> {
+        if self.place.len() > MANY_POINTS {
+            return Ok(self.reach.iter().fold(0.0, |m: f64, d| m.max(*d)));
+        }
         let all: Vec<u32> = (0..self.place.len() as u32).collect();
         let mut open = all.clone();
         for round in 0.. {
@@ -147,15 +158,24 @@ fn search(
     let vertices = positions.len();
     let mut place = try_vec(vertices + inside.len(), "points of a feature")?;
     place.extend(positions.iter().chain(&inside));
+    let reach = try_filled(place.len(), f64::INFINITY, "points of a feature")?;
     let used = vec![false; place.len()];
     let queries = solver.prepare(&samples)?;
     let (ways, best) = (Ways::default(), (0.0, [0; 2]));
-    let mut search = Search { solver, limits, samples, queries, place, vertices, ways, used, best, windows: 0 };
+    let mut search = Search { solver, limits, samples, queries, place, vertices, ways, used, reach, best, windows: 0 };
     search.sweep(scratch, job)?;
     // every point is this near to one of those, and so is where its longest way ends
     let upper = search.narrow(scratch, job)? * (1.0 + EXCESS) + 2.0 * spacing;
     let (length, ends) = search.best;
     Ok(Found { length, upper, ends: ends.map(|k| search.point(k)), places: ends.map(|k| search.place[k]) })
+}
+
+/// A mesh of few faces that stands in for a feature of very many; none for another, or if it does not become so simple.
+///
+/// # Errors
+/// Those of [`Proxy::reference`].
+pub fn simpler(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Option<Proxy>> {
+    if triangles.len() > REFERENCE_LIMIT { Proxy::reference(positions, triangles, job) } else { Ok(None) }
 }
 
 /// The longest shortest way on the surface of a mesh of its own, or on the largest reach of its pieces; none without faces.
@@ -254,13 +274,26 @@ fn samples(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<(Vec
 
 /// Some faces as a mesh of their own: positions and triangles.
 pub fn extract(positions: &[Vec3], triangles: &[[u32; 3]], faces: &[u32]) -> Result<(Vec<Vec3>, Vec<[u32; 3]>)> {
+    let mut own = try_vec(faces.len(), "a feature's surface")?;
+    if faces.len() > positions.len() / 8 {
+        // most of the mesh: by a list of all its vertices
+        let mut number = try_filled(positions.len(), NONE, "a feature's surface")?;
+        faces.iter().flat_map(|&f| triangles[f as usize]).for_each(|v| number[v as usize] = 0);
+        let used = number.iter().filter(|n| **n == 0).count();
+        let mut own_positions = try_vec(used, "a feature's surface")?;
+        for (n, p) in number.iter_mut().zip(positions).filter(|(n, _)| **n == 0) {
+            *n = own_positions.len() as u32;
+            own_positions.push(*p);
+        }
+        own.extend(faces.iter().map(|&f| triangles[f as usize].map(|v| number[v as usize])));
+        return Ok((own_positions, own));
+    }
     let mut used: Vec<u32> = try_vec(3 * faces.len(), "a feature's surface")?;
     used.extend(faces.iter().flat_map(|&f| triangles[f as usize]));
     used.sort_unstable();
     used.dedup();
     let mut own_positions = try_vec(used.len(), "a feature's surface")?;
     own_positions.extend(used.iter().map(|&v| positions[v as usize]));
-    let mut own = try_vec(faces.len(), "a feature's surface")?;
     // every corner is among those collected
     own.extend(faces.iter().map(|&f| triangles[f as usize].map(|v| used.binary_search(&v).unwrap_or(0) as u32)));
     Ok((own_positions, own))

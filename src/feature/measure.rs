@@ -8,6 +8,7 @@ use super::{Feature, Width};
 use crate::error::{Error, Result};
 use crate::job::Job;
 use crate::mesh::measure::{Vec3, add, cross, distance, dot, norm, scale, sub};
+use crate::mesh::proxy::REFERENCE_LIMIT;
 use crate::mesh::sets::SparseSets;
 use crate::mesh::{NONE, TriMesh};
 use crate::segment::dual::Dual;
@@ -47,9 +48,21 @@ impl Scene<'_> {
         job.check()?;
         let positions = self.mesh.positions();
         let (centroid, area) = lengths::centroid(positions, self.triangles, faces);
-        let (own_positions, own) = lengths::extract(positions, self.triangles, faces)?;
+        // a very large part in one piece has a reference, and needs no copy of itself
+        let whole = faces.len() == self.triangles.len() && faces.len() > REFERENCE_LIMIT;
+        let known = if whole { self.mesh.reference(job)? } else { None };
+        let extracted;
+        let own = match known {
+            Some(_) => (positions, self.triangles),
+            None => {
+                extracted = lengths::extract(positions, self.triangles, faces)?;
+                (&extracted.0[..], &extracted.1[..])
+            }
+        };
         let (d2_max, d2_min) = self.widths(k, places, faces)?;
-        let (length, is_ring) = self.length(k, faces, d2_max.width, (&own_positions, &own), job)?;
+        let simpler = if known.is_none() { lengths::simpler(own.0, own.1, job)? } else { None };
+        let solved = known.or(simpler.as_ref()).map_or(own, |s| (&s.positions, &s.triangles));
+        let (length, is_ring) = self.length(k, faces, d2_max.width, solved, job)?;
         let (d1_max, d1_upper, d1_ends) =
             length.as_ref().map_or((f64::NAN, f64::NAN, [[f64::NAN; 3]; 2]), |l| (l.length, l.upper, l.ends));
         let (kind, width) = kind::classify(d1_max, d2_max.width, area, is_ring);
@@ -67,12 +80,12 @@ impl Scene<'_> {
             faces: faces.len() as u32,
             area,
             centroid,
-            bounds: kind::oriented_box(&own_positions, &own),
+            bounds: kind::oriented_box(own, solved),
         })
     }
 
     /// The longest way on the feature's own surface, the fillets at its foot left out if that shortens it, and whether it
-    /// is a closed ring. `own` is that surface as a mesh.
+    /// is a closed ring. `own` is that surface as a mesh, or one that stands in for it.
     fn length(
         &self,
         k: u32,
@@ -96,9 +109,12 @@ impl Scene<'_> {
             Standing { positions, triangles: self.triangles, dual: self.dual, label: self.label, own: k, thickness };
         if let (Some(above), Some(all)) = (standing.above(faces), &whole) {
             let (positions, triangles) = lengths::extract(positions, self.triangles, &above)?;
-            let length = longest(&positions, &triangles)?;
+            let simpler = lengths::simpler(&positions, &triangles, job)?;
+            let (positions, triangles) =
+                simpler.as_ref().map_or((&positions, &triangles), |s| (&s.positions, &s.triangles));
+            let length = longest(positions, triangles)?;
             if length.as_ref().is_some_and(|l| l.length < all.length) {
-                let ring = is_ring(&length, &positions, &triangles);
+                let ring = is_ring(&length, positions, triangles);
                 return Ok((length, ring));
             }
         }

@@ -108,10 +108,9 @@ pub struct Features {
 /// Those of [`segment::segment`]; features without area or with nothing inside have NaN.
 pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Result<Features> {
     let wanted = SegmentOptions { measure: false, ..options.segments };
-    let segments = segment::segment(mesh, &wanted, job)?.face_segment;
+    segment::admit(mesh, &wanted, job)?;
     let positions = mesh.positions();
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
     let walls = WallMesh::new(positions, &triangles, job)?;
     let own;
     let rays = match walls.rays() {
@@ -121,6 +120,8 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
             &own
         }
     };
+    let segments = segment::partition(mesh, &triangles, rays, &wanted, job)?;
+    job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
     let places = widths::places(positions, &triangles, rays, &walls, &segments, job)?;
     drop(walls);
     // --- segments back to back are one

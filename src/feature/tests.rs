@@ -103,7 +103,7 @@ fn sorts_of_things() {
 #[test]
 fn box_in_any_position() {
     let (positions, triangles) = turned_box([7.0, 2.0, 4.0]);
-    let found = oriented_box(&positions, &triangles);
+    let found = oriented_box((&positions, &triangles), (&positions, &triangles));
     (0..3).for_each(|k| near(found.size[k], [7.0, 4.0, 2.0][k], 1e-9));
     let middle = scale(positions.iter().fold([0.0; 3], |m, p| add(m, *p)), 0.125);
     assert!(norm(sub(found.centre, middle)) < 1e-9);
@@ -112,8 +112,9 @@ fn box_in_any_position() {
     near(dot(a, scale(sub(positions[1], positions[0]), 1.0 / 7.0)).abs(), 1.0, 1e-9);
     // a cylinder has no flat sides: its axis is a principal one
     let round = revolved(&[[0.0, 0.0], [1.0, 0.0], [1.0, 9.0], [0.0, 9.0]], 24);
-    near(oriented_box(&round.0, &round.1).size[0], 9.0, 1e-6);
-    assert!(oriented_box(&[], &[]).size[0].is_infinite() || oriented_box(&[], &[]).size[0].is_nan());
+    near(oriented_box((&round.0, &round.1), (&round.0, &round.1)).size[0], 9.0, 1e-6);
+    let nothing = oriented_box((&[], &[]), (&[], &[])).size[0];
+    assert!(nothing.is_infinite() || nothing.is_nan());
 }
 
 #[test]
@@ -312,4 +313,31 @@ fn another_tessellation_gives_the_same_features() {
     let again = find(5, 32, 1);
     assert_eq!(again.face_feature, coarse.face_feature);
     assert_eq!(again.features, coarse.features);
+}
+
+#[test]
+fn a_ring_of_very_many_faces_is_that_of_few() {
+    let ring = |n: u32, m: u32| {
+        let angle = |k: u32, of: u32| 2.0 * PI * f64::from(k) / f64::from(of);
+        let point = |k: u32| {
+            let (a, b) = (angle(k / m, n), angle(k % m, m));
+            let r = 10.0 + b.cos();
+            [r * a.cos(), r * a.sin(), b.sin()]
+        };
+        let at = |i: u32, j: u32| m * (i % n) + j % m;
+        let cells = (0..n).flat_map(|i| (0..m).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]));
+        let shape: Faces =
+            ((0..n * m).map(point).collect(), cells.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect());
+        on_mesh(&shape, 2, |mesh, job| find_features(mesh, &FeatureOptions::default(), job))
+    };
+    let [few, many] = [ring(90, 24), ring(720, 48)].map(|f| f.features);
+    assert_eq!((few.len(), many.len()), (1, 1));
+    let (few, many) = (&few[0], &many[0]);
+    assert!(many.faces as usize > crate::mesh::proxy::REFERENCE_LIMIT);
+    assert_eq!((few.kind, many.kind), (Kind::Ring, Kind::Ring));
+    near(many.d1_max, few.d1_max, 0.01);
+    near(many.d2_max.width, 2.0, 0.02);
+    assert!(many.d1_upper >= many.d1_max);
+    // the box is that of all vertices
+    near(many.bounds.size[0], 22.0, 1e-3);
 }

@@ -3,6 +3,7 @@
 //! [`compute`] brings [`crate::geodesic`] and [`crate::thickness`] together; neither knows the other.
 
 mod accuracy;
+mod bridge;
 mod compute;
 mod large;
 mod paint;

@@ -8,9 +8,8 @@ use crate::geodesic::{
 };
 use crate::job::{Job, Stage};
 use crate::mesh::corners::shape_corners;
-use crate::mesh::measure::{Vec3, bounding_box, distance};
+use crate::mesh::measure::Vec3;
 use crate::mesh::proxy::{Proxy, places};
-use crate::mesh::simplify::SimplifyOptions;
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use crate::mesh::{NONE, TriMesh};
 use crate::thickness::wall::WallMesh;
@@ -43,7 +42,7 @@ pub(super) fn lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options,
     let exact = if triangles.len() <= EXACT_FACES {
         exact_lengths(mesh, triangles, options, job)
     } else {
-        large::lengths(mesh.positions(), triangles, options, job)
+        large::lengths(mesh, triangles, options, job)
     };
     match exact {
         // more windows than it may make: a heat distance costs the same on every shape
@@ -55,7 +54,7 @@ pub(super) fn lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options,
 fn exact_lengths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<Lengths> {
     let positions = mesh.positions();
     let certified = matches!(options.d1, Mode::Certified { .. });
-    let proxy = |k: usize| stand_in(positions, triangles, PROXIES[k].0, PROXIES[k].1, job);
+    let proxy = |k: usize| Proxy::within(positions, triangles, PROXIES[k].0, PROXIES[k].1, job);
     job.begin(Stage::Geodesic, 0.4, 0.45, 2)?;
 
     // --- two fields from the ends of the part: what one costs, and the truth for a mesh that stands in
@@ -106,19 +105,6 @@ pub(super) const MOST_DISTORTION: f64 = 0.01;
 /// Faces that a mesh that stands in has at least, and its distance from the part as a share of the part's size: tried in
 /// this order.
 const PROXIES: [(usize, f64); 4] = [(500, 2e-3), (1_000, 1e-3), (2_000, 1e-3), (4_000, 2.5e-4)];
-
-/// The mesh with few faces, at least `faces`, within `share` of its size of where it was.
-pub(super) fn stand_in(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    faces: usize,
-    share: f64,
-    job: &Job,
-) -> Result<Proxy> {
-    let (lo, hi) = bounding_box(triangles.iter().flatten().map(|&v| positions[v as usize]));
-    let options = SimplifyOptions { target_faces: faces, max_error: share * distance(lo, hi) };
-    Proxy::new(positions, triangles, &options, job)
-}
 
 /// D1 of `positions` by exact `fields` on the mesh `solved`, and the longest way across.
 pub(super) fn measure(

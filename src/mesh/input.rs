@@ -1,6 +1,7 @@
 //! Raw buffers → a checked, welded [`TriMesh`]. The only constructor.
 
 use super::measure::{Vec3, bounding_box, corners, distance, is_flat};
+use super::proxy::Proxy;
 use super::{Diagnostics, NONE, Topology};
 use crate::error::{Error, Located, Result, try_filled, try_vec};
 use crate::job::Job;
@@ -55,6 +56,7 @@ pub struct TriMesh {
     refused: Refused,
     topology: OnceLock<Result<Topology>>,
     diagnostics: OnceLock<Result<Diagnostics>>,
+    reference: OnceLock<Option<Proxy>>,
 }
 
 /// What [`MeshOptions::skip_invalid`] left out.
@@ -114,6 +116,7 @@ impl TriMesh {
             refused,
             topology: OnceLock::new(),
             diagnostics: OnceLock::new(),
+            reference: OnceLock::new(),
         })
     }
 
@@ -157,6 +160,16 @@ impl TriMesh {
     /// What is wrong with the mesh, and its size; computed at the first call.
     pub fn diagnostics(&self) -> Result<&Diagnostics> {
         self.diagnostics.get_or_init(|| Diagnostics::new(self)).as_ref().map_err(Clone::clone)
+    }
+    /// A mesh of some thousand faces that stands in for this one, turned outward; computed at the first call that succeeds.
+    /// See [`Proxy::reference`].
+    pub fn reference(&self, job: &Job) -> Result<Option<&Proxy>> {
+        if self.reference.get().is_none() {
+            let made = Proxy::reference(&self.positions, &self.topology()?.oriented(&self.triangles), job)?;
+            // another call may have been faster: both made the same
+            let _ = self.reference.set(made);
+        }
+        Ok(self.reference.get().and_then(Option::as_ref))
     }
     pub(super) fn refused(&self) -> &Refused {
         &self.refused

@@ -6,7 +6,7 @@
 
 use super::NONE;
 use super::around::VertexFaces;
-use super::measure::{Vec3, corners, distance};
+use super::measure::{Vec3, bounding_box, corners, distance};
 use super::simplify::{Simplified, SimplifyOptions, nearest_in_triangle, simplify};
 use crate::error::{Result, try_filled};
 use crate::job::Job;
@@ -17,6 +17,13 @@ const STEPS: usize = 64;
 
 /// Faces that are looked at for the vertices near a place.
 const SEEN: usize = 128;
+
+/// A reference is taken down to this many faces ...
+pub const REFERENCE_FACES: usize = 16_000;
+/// ... but may have so many if it has to, to stay where it was.
+pub const REFERENCE_LIMIT: usize = 60_000;
+/// Its distance from the mesh, as a share of the mesh's size: the first that is coarse enough is taken.
+const REFERENCE_SHARES: [f64; 3] = [2e-4, 1e-3, 5e-3];
 
 /// A point of a triangle mesh: a face and barycentric coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +69,43 @@ impl Proxy {
             original,
         })
     }
+
+    /// The mesh with few faces, at least `faces`, within `share` of its size of where it was.
+    ///
+    /// # Errors
+    /// Those of [`simplify`].
+    pub fn within(positions: &[Vec3], triangles: &[[u32; 3]], faces: usize, share: f64, job: &Job) -> Result<Proxy> {
+        let (lo, hi) = bounding_box(triangles.iter().flatten().map(|&v| positions[v as usize]));
+        let options = SimplifyOptions { target_faces: faces, max_error: share * distance(lo, hi) };
+        Proxy::new(positions, triangles, &options, job)
+    }
+
+    /// The mesh with few enough faces for some exact distance fields and no further from it than must be; none if it does
+    /// not become so simple.
+    ///
+    /// # Errors
+    /// Those of [`simplify`].
+    pub fn reference(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Option<Proxy>> {
+        for share in REFERENCE_SHARES {
+            let proxy = Proxy::within(positions, triangles, REFERENCE_FACES, share, job)?;
+            if proxy.triangles.len() <= REFERENCE_LIMIT {
+                return Ok(Some(proxy));
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Place {
+    /// The point of `face` that is nearest to `p`; a corner of it with a weight of exactly 1 if that is the same point.
+    pub fn nearest((positions, triangles): (&[Vec3], &[[u32; 3]]), face: u32, p: Vec3) -> Place {
+        let corners = corners(positions, triangles[face as usize]);
+        let weights = match corners.iter().position(|c| *c == p) {
+            Some(k) => std::array::from_fn(|c| f64::from(u8::from(c == k))),
+            None => nearest_in_triangle(corners, p).0,
+        };
+        Place { face, weights }
+    }
 }
 
 /// For every one of `points`, the vertices of a mesh of `faces`, its nearest place on another mesh as far as a walk from
@@ -70,30 +114,51 @@ impl Proxy {
 /// # Errors
 /// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
 pub fn places(
-    (points, faces): (&[Vec3], &[[u32; 3]]),
+    points: (&[Vec3], &[[u32; 3]]),
+    from: &[u32],
+    mesh: (&[Vec3], &[[u32; 3]]),
+    job: &Job,
+) -> Result<Vec<Place>> {
+    let mut out = try_filled(points.0.len(), Place { face: NONE, weights: [0.0; 3] }, "places")?;
+    let faces = nearest_faces(points, from, mesh, job)?;
+    out.par_iter_mut().zip(points.0).zip(faces).filter(|(_, face)| *face != NONE).for_each(|((place, &p), face)| {
+        *place = Place::nearest(mesh, face, p);
+    });
+    Ok(out)
+}
+
+/// The faces of the [`places`]; [`NONE`] for a point that no face uses.
+fn nearest_faces(
+    points: (&[Vec3], &[[u32; 3]]),
     from: &[u32],
     (positions, triangles): (&[Vec3], &[[u32; 3]]),
     job: &Job,
-) -> Result<Vec<Place>> {
+) -> Result<Vec<u32>> {
     let around = Around::new(positions, triangles)?;
-    job.check()?;
-    let mut out: Vec<(Place, f64)> =
-        points.par_iter().zip(from).map(|(&p, &start)| around.walk_from(p, start)).collect();
-    // A walk can end in a hollow; neighbours that came out of it, or never were in it, show the way.
-    for &t in faces {
-        for (v, by) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)].map(|(v, by)| (t[v] as usize, t[by] as usize)) {
-            let face = out[by].0.face;
-            if out[v].1 > 0.0 && face != NONE && face != out[v].0.face {
-                let mut best = out[v];
-                around.look(&mut best, points[v], face);
-                if best.1 < out[v].1 {
-                    out[v] = around.walk(points[v], best);
-                }
-            }
+    around.settle(points, |v| around.walk_from(points.0[v], from[v]), job)
+}
+
+/// For every one of `points`, the vertices of a mesh of `faces`, the face of another mesh that it is nearest to, as far as a
+/// walk from the place `at[near[i]]` finds it; [`NONE`] for a point that no face uses.
+///
+/// # Errors
+/// Those of [`places`].
+pub fn faces_near(
+    points: (&[Vec3], &[[u32; 3]]),
+    near: &[u32],
+    at: &[Place],
+    (positions, triangles): (&[Vec3], &[[u32; 3]]),
+    job: &Job,
+) -> Result<Vec<u32>> {
+    let around = Around::new(positions, triangles)?;
+    let first = |v: usize| {
+        let mut best = (NONE, f64::INFINITY);
+        if let Some(face) = at.get(near[v] as usize).map(|at| at.face).filter(|face| *face != NONE) {
+            around.look(&mut best, points.0[v], face);
         }
-    }
-    job.check()?;
-    Ok(out.into_iter().map(|(place, _)| place).collect())
+        around.walk(points.0[v], best)
+    };
+    around.settle(points, first, job)
 }
 
 /// A mesh and the faces around each of its vertices.
@@ -138,37 +203,78 @@ impl Around<'_> {
         }
     }
 
-    /// Takes the point of `face` nearest to `p` if it is nearer than `best`, which comes with its squared distance.
-    fn look(&self, best: &mut (Place, f64), p: Vec3, face: u32) {
-        let (weights, squared) = nearest_in_triangle(corners(self.positions, self.triangles[face as usize]), p);
+    /// The nearest face to each of some points: the `first`, with its squared distance, or one that neighbours in `faces` of
+    /// the points lead to.
+    fn settle(
+        &self,
+        (points, faces): (&[Vec3], &[[u32; 3]]),
+        first: impl Fn(usize) -> (u32, f64) + Sync,
+        job: &Job,
+    ) -> Result<Vec<u32>> {
+        job.check()?;
+        let mut face = try_filled(points.len(), NONE, "places")?;
+        let mut squared = try_filled(points.len(), f64::INFINITY, "places")?;
+        (&mut face, &mut squared).into_par_iter().enumerate().for_each(|(v, (face, squared))| {
+            (*face, *squared) = first(v);
+        });
+        job.check()?;
+        // A walk can end in a hollow; neighbours that came out of it, or never were in it, show the way.
+        for &t in faces {
+            let [a, b, c] = t.map(|v| face[v as usize]);
+            if a == b && b == c {
+                continue;
+            }
+            for (v, by) in [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)] {
+                let (v, by) = (t[v] as usize, t[by] as usize);
+                if squared[v] > 0.0 && face[by] != NONE && face[by] != face[v] {
+                    let mut best = (face[v], squared[v]);
+                    self.look(&mut best, points[v], face[by]);
+                    if best.1 < squared[v] {
+                        (face[v], squared[v]) = self.walk(points[v], best);
+                    }
+                }
+            }
+        }
+        job.check()?;
+        Ok(face)
+    }
+
+    /// Takes `face` if it is nearer to `p` than `best`, which comes with its squared distance.
+    fn look(&self, best: &mut (u32, f64), p: Vec3, face: u32) {
+        let squared = nearest_in_triangle(corners(self.positions, self.triangles[face as usize]), p).1;
         if squared < best.1 {
-            *best = (Place { face, weights }, squared);
+            *best = (face, squared);
         }
     }
 
-    fn walk_from(&self, p: Vec3, start: u32) -> (Place, f64) {
-        let mut best = (Place { face: NONE, weights: [0.0; 3] }, f64::INFINITY);
+    fn walk_from(&self, p: Vec3, start: u32) -> (u32, f64) {
+        let mut best = (NONE, f64::INFINITY);
         if start == NONE {
             return best;
         }
         if let (true, Some(&face)) = (self.positions[start as usize] == p, self.faces.of(start).first()) {
-            let weights = self.triangles[face as usize].map(|v| f64::from(u8::from(v == start)));
-            return (Place { face, weights }, 0.0);
+            return (face, 0.0);
         }
         self.faces.of(start).iter().for_each(|&f| self.look(&mut best, p, f));
         self.walk(p, best)
     }
 
     /// From face to neighbouring face as long as that gets nearer.
-    fn walk(&self, p: Vec3, mut best: (Place, f64)) -> (Place, f64) {
+    fn walk(&self, p: Vec3, mut best: (u32, f64)) -> (u32, f64) {
+        // vertices whose faces were all looked at
+        let (mut done, mut count) = ([NONE; 16], 0);
         let mut from = NONE;
         for _ in 0..STEPS {
-            if best.0.face == from || best.0.face == NONE {
+            if best.0 == from || best.0 == NONE {
                 break;
             }
-            from = best.0.face;
+            from = best.0;
             for v in self.triangles[from as usize] {
-                self.faces.of(v).iter().for_each(|&f| self.look(&mut best, p, f));
+                if !done.contains(&v) {
+                    self.faces.of(v).iter().for_each(|&f| self.look(&mut best, p, f));
+                    done[count % done.len()] = v;
+                    count += 1;
+                }
             }
         }
         best

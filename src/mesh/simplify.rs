@@ -7,6 +7,10 @@
 //!
 //! The topology stays: an edge collapses only if its ends have no neighbours in common but the apexes of its triangles
 //! (Dey et al. 1999), a boundary vertex moves along the boundary, one with non-manifold surroundings not at all.
+//!
+//! A very large mesh is first taken down in [`blocks`], as far as a fifth of the allowed error goes.
+
+mod blocks;
 
 use super::NONE;
 use super::measure::{Vec3, area_vector, at_weights, bounding_box, corners, cross, distance, dot, norm, scale, sub};
@@ -23,6 +27,8 @@ const SHORT_FIRST: f64 = 1e-8;
 const SLOW: f64 = 0.002;
 /// Passes at most; each takes off a quarter or so.
 const PASSES: usize = 200;
+/// What is smaller than this is not worth more than one thread.
+const PIECE: usize = 1 << 16;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,6 +55,8 @@ enum Kind {
     Inner,
     Boundary,
     Locked,
+    /// Not all of its triangles are here: stays, and nothing moves onto it.
+    Shared,
 }
 
 /// A weighted sum of squared distances from planes: 10 coefficients of the quadratic form and the weights' sum.
@@ -91,7 +99,7 @@ struct Work {
 }
 
 /// Simplifies a mesh of `positions` (model units, finite) and `triangles` (three distinct valid indices each). O(faces)
-/// a pass, some 250 bytes a face.
+/// a pass, some 250 bytes a face; some 50 for the faces of a very large mesh.
 ///
 /// # Errors
 /// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
@@ -103,24 +111,48 @@ pub fn simplify(
 ) -> Result<Simplified> {
     let (lo, hi) = bounding_box(triangles.iter().flatten().map(|&v| positions[v as usize]));
     let size = (0..3).map(|k| hi[k] - lo[k]).fold(0.0, f64::max);
-    let mut work = Work::new(positions, triangles, lo, size)?;
-    let limit = (options.max_error / size).powi(2);
-    let mut alive = triangles.len();
-    for _ in 0..PASSES {
-        let excess = alive.saturating_sub(options.target_faces);
-        job.check()?;
-        if excess == 0 || !(limit >= 0.0) {
-            break;
+    let whole = |positions: &[Vec3], triangles: &[[u32; 3]], options: &SimplifyOptions| {
+        let mut work = Work::new(positions, triangles, lo, size)?;
+        work.run(options, size, job)?;
+        Ok(work.finish())
+    };
+    let Some((first, rest)) = blocks::first_stage(positions, triangles, (lo, size), options, job)? else {
+        return whole(positions, triangles, options);
+    };
+    // --- what the first stage has left as a mesh of its own
+    let (used, own) = first.compact(positions)?;
+    let mut points = try_vec(used.len(), "simplified mesh")?;
+    points.extend(used.iter().map(|&v| positions[v as usize]));
+    let second = whole(&points, &own, &rest)?;
+    drop((points, own));
+    first.then(&second, &used)
+}
+
+impl Simplified {
+    /// The vertices that are left, and the triangles by their number among these.
+    fn compact(&self, positions: &[Vec3]) -> Result<(Vec<u32>, Vec<[u32; 3]>)> {
+        let mut number = try_filled(positions.len(), NONE, "simplified mesh")?;
+        self.triangles.iter().flatten().for_each(|&v| number[v as usize] = 0);
+        let mut used = try_vec(number.iter().filter(|n| **n != NONE).count(), "simplified mesh")?;
+        for (number, v) in number.iter_mut().zip(0..).filter(|(n, _)| **n != NONE) {
+            *number = used.len() as u32;
+            used.push(v);
         }
-        let removed = work.pass(excess, limit)?;
-        alive -= removed;
-        work.compact();
-        if (removed as f64) < SLOW * excess as f64 {
-            break;
-        }
-        work.link();
+        let mut own = try_vec(self.triangles.len(), "simplified mesh")?;
+        own.extend(self.triangles.iter().map(|t| t.map(|v| number[v as usize])));
+        Ok((used, own))
     }
-    Ok(work.finish())
+
+    /// This, and then what was done with the `used` vertices.
+    fn then(mut self, second: &Simplified, used: &[u32]) -> Result<Simplified> {
+        let mut moved = try_vec(self.onto.len(), "simplified mesh")?;
+        moved.extend(0..self.onto.len() as u32);
+        used.iter().zip(&second.onto).for_each(|(&v, &to)| moved[v as usize] = used[to as usize]);
+        self.onto.iter_mut().for_each(|to| *to = moved[*to as usize]);
+        self.triangles = try_vec(second.triangles.len(), "simplified mesh")?;
+        self.triangles.extend(second.triangles.iter().map(|t| t.map(|v| used[v as usize])));
+        Ok(self)
+    }
 }
 
 impl Work {
@@ -144,9 +176,30 @@ impl Work {
             stamp: 0,
         };
         work.link();
-        work.kind = (0..n as u32).into_par_iter().map(|v| work.classify(v)).collect();
-        work.quadric = (0..n as u32).into_par_iter().map(|v| work.planes(v)).collect();
+        work.kind = (0..n as u32).into_par_iter().with_min_len(PIECE).map(|v| work.classify(v)).collect();
+        work.quadric = (0..n as u32).into_par_iter().with_min_len(PIECE).map(|v| work.planes(v)).collect();
         Ok(work)
+    }
+
+    /// Collapses edges until few enough triangles are left, or none can go.
+    fn run(&mut self, options: &SimplifyOptions, size: f64, job: &Job) -> Result<()> {
+        let limit = (options.max_error / size).powi(2);
+        let mut alive = self.triangles.len();
+        for _ in 0..PASSES {
+            let excess = alive.saturating_sub(options.target_faces);
+            job.check()?;
+            if excess == 0 || !(limit >= 0.0) {
+                break;
+            }
+            let removed = self.pass(excess, limit)?;
+            alive -= removed;
+            self.compact();
+            if (removed as f64) < SLOW * excess as f64 {
+                break;
+            }
+            self.link();
+        }
+        Ok(())
     }
 
     /// Lists the corners of every vertex anew.
@@ -230,6 +283,9 @@ impl Work {
     fn pass(&mut self, excess: usize, limit: f64) -> Result<usize> {
         let weigh = |from: u32, to: u32| {
             let (kf, kt) = (self.kind[from as usize], self.kind[to as usize]);
+            if kf == Kind::Shared || kt == Kind::Shared {
+                return f64::INFINITY;
+            }
             if kf == Kind::Locked || (kf == Kind::Boundary && kt == Kind::Inner) {
                 return f64::INFINITY;
             }
@@ -252,6 +308,7 @@ impl Work {
         let mut edges: Vec<(u32, u32, u32)> = self
             .triangles
             .par_iter()
+            .with_min_len(PIECE)
             .flat_map_iter(|t| all(t).into_iter().filter_map(|(a, b)| candidate(a, b)))
             .collect();
         // the cheapest that it can take, and some for those that turn out not to be possible
@@ -260,7 +317,11 @@ impl Work {
             edges.select_nth_unstable(some);
             edges.truncate(some);
         }
-        edges.par_sort_unstable();
+        if edges.len() < PIECE {
+            edges.sort_unstable();
+        } else {
+            edges.par_sort_unstable();
+        }
         let mut touched = try_filled(self.points.len(), false, "simplified mesh")?;
         let mut removed = 0;
         for (_, from, to) in edges {

@@ -34,7 +34,7 @@ mod testshapes;
 pub use affinity::Shares;
 pub use measure::Segment;
 
-use crate::error::{Error, Result, try_vec};
+use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::{Job, Stage};
 use crate::mesh::measure::{Vec3, bounding_box, dot, sub};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
@@ -43,6 +43,7 @@ use crate::thickness::bvh::RayMesh;
 use dual::Dual;
 use parts::Scene;
 use patches::Patches;
+use rayon::prelude::*;
 
 /// How the parts are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -134,17 +135,38 @@ const LEAST: f64 = 0.4;
 /// [`Error::Argument`] for options out of range, [`Error::Budget`] where the method needs more memory than the job
 /// may take ([`Method::Paper`] beyond some 20 000 faces in any case), [`Error::NoMemory`], [`Error::Cancelled`].
 pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Segmentation> {
-    check(options)?;
-    let faces = mesh.triangles().len();
-    job.afford(footprint(faces, options), "the segmentation")?;
-    job.begin(Stage::Surface, 0.0, 0.1, 2)?;
+    admit(mesh, options, job)?;
     let triangles = mesh.topology()?.oriented(mesh.triangles());
     let rays = RayMesh::new(mesh.positions(), &triangles, job)?;
-    let label = find(mesh, &triangles, &rays, options, job)?;
-    let face_segment = finished(mesh, &triangles, mesh.topology()?, label, options)?;
+    let face_segment = partition(mesh, &triangles, &rays, options, job)?;
     let rays = options.measure.then_some(rays);
     let segments = measure::measure(mesh, &triangles, rays, &face_segment, job)?;
     Ok(Segmentation { face_segment, segments })
+}
+
+/// Refuses what [`segment`] does, and enters its first stage.
+///
+/// # Errors
+/// Those of [`segment`].
+pub fn admit(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<()> {
+    check(options)?;
+    job.afford(footprint(mesh.triangles().len(), options), "the segmentation")?;
+    job.begin(Stage::Surface, 0.0, 0.1, 2)
+}
+
+/// The segment of every kept face: `triangles` are these, oriented outward, `rays` what they bound. After [`admit`].
+///
+/// # Errors
+/// Those of [`segment`].
+pub fn partition(
+    mesh: &TriMesh,
+    triangles: &[[u32; 3]],
+    rays: &RayMesh,
+    options: &SegmentOptions,
+    job: &Job,
+) -> Result<Vec<u32>> {
+    let label = find(mesh, triangles, rays, options, job)?;
+    finished(mesh, triangles, mesh.topology()?, label, options)
 }
 
 /// Labels that the method finds, on the input.
@@ -207,13 +229,12 @@ fn finished(
 /// depend on how the faces are numbered.
 fn ranks(centroid: &[Vec3]) -> Result<Vec<u32>> {
     let (lo, _) = bounding_box(centroid.iter().copied());
-    let along = |f: u32| dot(sub(centroid[f as usize], lo), [0.537_721, 0.833_907, 0.124_889]);
-    let mut order: Vec<u32> = try_vec(centroid.len(), "order of faces")?;
-    order.extend(0..centroid.len() as u32);
-    order.sort_by(|&f, &g| along(f).total_cmp(&along(g)).then(f.cmp(&g)));
-    let mut rank = try_vec(centroid.len(), "order of faces")?;
-    rank.resize(centroid.len(), 0);
-    order.iter().enumerate().for_each(|(k, &f)| rank[f as usize] = k as u32);
+    let along = |c: Vec3| dot(sub(c, lo), [0.537_721, 0.833_907, 0.124_889]);
+    let mut order: Vec<(f64, u32)> = try_vec(centroid.len(), "order of faces")?;
+    order.extend(centroid.iter().zip(0..).map(|(&c, f)| (along(c), f)));
+    order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut rank = try_filled(centroid.len(), 0, "order of faces")?;
+    order.iter().zip(0..).for_each(|(o, k)| rank[o.1 as usize] = k);
     Ok(rank)
 }
 

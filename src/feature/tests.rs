@@ -155,6 +155,11 @@ fn own_mesh_and_centroid() {
     assert!(lengths::centroid(&p, &t, &[]).0[0].is_nan());
 }
 
+fn merged(p: &[Vec3], t: &[[u32; 3]], label: &[u32], places: &[Place]) -> Vec<u32> {
+    let dual = Dual::new(p, t, &Topology::new(p, t).unwrap()).unwrap();
+    merge::back_to_back(p, t, &dual, label, places).unwrap()
+}
+
 #[test]
 fn back_to_back_is_one_wall() {
     // two sheets that face each other, and a box that one of them faces, too
@@ -165,11 +170,11 @@ fn back_to_back_is_one_wall() {
     }
     let label: Vec<u32> = [vec![0; 2], vec![1; 2], vec![2; 12]].concat();
     let facing = |share: f64| vec![place(0, 1.0, 2, share), place(1, 1.0, 5, 1.0 - share), place(2, 1.0, 0, 1.0)];
-    assert_eq!(merge::back_to_back(&p, &t, &label, &facing(0.9)).unwrap(), [0, 0, 2]);
+    assert_eq!(merged(&p, &t, &label, &facing(0.9)), [0, 0, 2]);
     // the second is a sheet that faces the first; the box is none, and its facing a sheet does not suffice
     let mut places = vec![place(0, 1.0, 5, 1.0), place(2, 1.0, NONE, 1.0), place(5, 1.0, 2, 1.0)];
     places[0].width = f64::NAN;
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places).unwrap(), [0, 1, 2]);
+    assert_eq!(merged(&p, &t, &label, &places), [0, 1, 2]);
 }
 
 #[test]
@@ -181,12 +186,24 @@ fn a_strip_belongs_to_what_it_faces() {
     p.extend(solid.0);
     let label: Vec<u32> = [vec![0; 2], vec![1; 12]].concat();
     let places = |share: f64| vec![place(0, 1.0, 2, share), place(0, 1.0, NONE, 1.0 - share), place(2, 1.0, 3, 9.0)];
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places(0.21)).unwrap(), [0, 0]);
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places(0.19)).unwrap(), [0, 1]);
+    assert_eq!(merged(&p, &t, &label, &places(0.21)), [0, 0]);
+    assert_eq!(merged(&p, &t, &label, &places(0.19)), [0, 1]);
     // a part of the box that has no side across is no strip: it is bent
     let label: Vec<u32> = [vec![0; 2], vec![1; 4], vec![2; 8]].concat();
     let places = vec![place(2, 1.0, 9, 0.4), place(2, 1.0, NONE, 0.6), place(9, 1.0, 10, 9.0)];
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places).unwrap(), [0, 1, 2]);
+    assert_eq!(merged(&p, &t, &label, &places), [0, 1, 2]);
+    // unless hardly any of it has, and most of it the same across
+    let places = |own: f64, share: f64| {
+        vec![
+            place(2, 1.0, 3, own),
+            place(2, 1.0, 9, share),
+            place(3, 1.0, NONE, 1.0 - own - share),
+            place(9, 1.0, 10, 9.0),
+        ]
+    };
+    for (own, share, joined) in [(0.05, 0.6, 1), (0.05, 0.4, 2), (0.2, 0.6, 2)] {
+        assert_eq!(merged(&p, &t, &label, &places(own, share)), [0, 1, joined]);
+    }
 }
 
 #[test]
@@ -312,4 +329,105 @@ fn another_tessellation_gives_the_same_features() {
     let again = find(5, 32, 1);
     assert_eq!(again.face_feature, coarse.face_feature);
     assert_eq!(again.features, coarse.features);
+}
+
+/// A sheet of even thickness along a profile: its outer and inner points, extruded; the ends closed unless it closes.
+fn folded(outer: &[[f64; 2]], inner: &[[f64; 2]], closed: bool, depth: f64) -> Faces {
+    let n = outer.len() as u32;
+    let at = |p: &[f64; 2], y: f64| [p[0], y, p[1]];
+    let positions = [(outer, 0.0), (inner, 0.0), (outer, depth), (inner, depth)]
+        .iter()
+        .flat_map(|(points, y)| points.iter().map(|p| at(p, *y)))
+        .collect();
+    let mut quads: Vec<[u32; 4]> = Vec::new();
+    for i in 0..if closed { n } else { n - 1 } {
+        let j = (i + 1) % n;
+        quads.extend([[i, j, j + 2 * n, i + 2 * n], [j + n, i + n, i + 3 * n, j + 3 * n]]);
+        quads.extend([[j, i, i + n, j + n], [i + 2 * n, j + 2 * n, j + 3 * n, i + 3 * n]]);
+    }
+    if !closed {
+        let e = n - 1;
+        quads.extend([[0, 2 * n, 3 * n, n], [e, e + n, e + 3 * n, e + 2 * n]]);
+    }
+    (positions, quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+}
+
+/// A plate of square cells, those marked in the rows.
+fn cut_out(rows: &[&str], cell: f64, thickness: f64) -> Faces {
+    let mut shape: Faces = Default::default();
+    let full = |i: i32, j: i32| {
+        let row = usize::try_from(j).ok().and_then(|j| rows.get(j));
+        row.zip(usize::try_from(i).ok()).is_some_and(|(row, i)| row.as_bytes().get(i) == Some(&b'#'))
+    };
+    let mut quad = |corners: [(i32, i32, f64); 4]| {
+        let v = shape.0.len() as u32;
+        shape.0.extend(corners.map(|(i, j, z)| [cell * f64::from(i), cell * f64::from(j), z]));
+        shape.1.extend([[v, v + 1, v + 2], [v, v + 2, v + 3]]);
+    };
+    let t = thickness;
+    for (j, row) in (0..).zip(rows) {
+        for i in (0..row.len() as i32).filter(|&i| full(i, j)) {
+            quad([(i, j, t), (i + 1, j, t), (i + 1, j + 1, t), (i, j + 1, t)]);
+            quad([(i, j, 0.0), (i, j + 1, 0.0), (i + 1, j + 1, 0.0), (i + 1, j, 0.0)]);
+            for (a, b, di, dj) in
+                [((0, 0), (1, 0), 0, -1), ((1, 0), (1, 1), 1, 0), ((1, 1), (0, 1), 0, 1), ((0, 1), (0, 0), -1, 0)]
+            {
+                if !full(i + di, j + dj) {
+                    let ends = [(i + a.0, j + a.1), (i + b.0, j + b.1)];
+                    quad(
+                        [(ends[0].0, ends[0].1, 0.0), (ends[1].0, ends[1].1, 0.0)]
+                            .into_iter()
+                            .chain([(ends[1].0, ends[1].1, t), (ends[0].0, ends[0].1, t)])
+                            .collect::<Vec<_>>()
+                            .try_into()
+                            .unwrap(),
+                    );
+                }
+            }
+        }
+    }
+    shape
+}
+
+fn features_of(shape: &Faces) -> Vec<Feature> {
+    on_mesh(shape, 2, |mesh, job| Ok(find_features(mesh, &FeatureOptions::default(), job)?.features))
+}
+
+#[test]
+fn plates_in_an_angle_are_two_walls_a_box_and_a_bent_sheet_are_one() {
+    let angle = [[[24.0, 0.0], [0.0, 0.0], [0.0, 20.0]], [[24.0, 2.0], [2.0, 2.0], [2.0, 20.0]]];
+    let walls = features_of(&folded(&angle[0], &angle[1], false, 36.0));
+    assert_eq!(walls.len(), 2);
+    for (wall, length) in walls.iter().zip([24.0, 18.0]) {
+        assert_eq!(wall.kind, Kind::Wall);
+        near(wall.d2_max.width, 2.0, 0.01);
+        // from corner to corner, and around the rim
+        assert!((0.93..1.07).contains(&(wall.d1_max / 36.0f64.hypot(length + 1.0))), "{} {length}", wall.d1_max);
+    }
+    // four walls that close
+    let tube =
+        [[[0.0, 0.0], [22.0, 0.0], [22.0, 18.0], [0.0, 18.0]], [[2.0, 2.0], [20.0, 2.0], [20.0, 16.0], [2.0, 16.0]]];
+    assert_eq!(features_of(&folded(&tube[0], &tube[1], true, 36.0)).len(), 1);
+    // around radii of 4 and 2
+    let bend = |r: f64| {
+        (0..=6).map(move |k| 0.5 * PI * f64::from(k) / 6.0).map(move |a| [4.0 - r * a.sin(), 4.0 - r * a.cos()])
+    };
+    let outer: Vec<[f64; 2]> = [[24.0, 0.0]].into_iter().chain(bend(4.0)).chain([[0.0, 20.0]]).collect();
+    let inner: Vec<[f64; 2]> = [[24.0, 2.0]].into_iter().chain(bend(2.0)).chain([[2.0, 20.0]]).collect();
+    let bent = features_of(&folded(&outer, &inner, false, 36.0));
+    assert_eq!(bent.len(), 1);
+    near(bent[0].d2_max.width, 2.0, 0.03);
+}
+
+#[test]
+fn the_outer_tines_of_a_fork_are_tines() {
+    let row = ["###############", "#####.........."];
+    let fork = cut_out(&[row[0], row[1], row[1], row[0], row[1], row[1], row[0]], 2.4, 2.6);
+    let found = features_of(&fork);
+    assert_eq!(found.len(), 4);
+    for tine in &found[1..] {
+        assert_eq!(tine.kind, Kind::Bar);
+        near(tine.d2_max.width, 2.4, 0.02);
+        near(tine.d1_max, 10.0 * 2.4 + 1.2, 0.06);
+    }
 }

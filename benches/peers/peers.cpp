@@ -7,10 +7,10 @@
 //   peers organic N FILE      writes the ellipsoid with dents and bumps
 //   peers organic-d1 N THREADS  D1 of all its vertices to 5 %, print profile: seconds and processor seconds of D1 alone,
 //                             the largest D1, the number of sources
-//   peers d2 N THREADS RAYS   D2: prints seconds and processor seconds until D1 begins; D1 is then cancelled
+//   peers d2 N THREADS RAYS   D2: prints the seconds of ar_compute's stages before D1
 //   peers wall N THREADS      wall widths of all vertices and faces: the same
-//   peers cgal-sdf N RAYS     CGAL's sdf_values, raw: the same
-//   peers cgal-heat N SOURCES CGAL's heat method (intrinsic Delaunay), one source after the other: the same
+//   peers cgal-sdf N RAYS     CGAL's sdf_values, raw: prints seconds and processor seconds
+//   peers cgal-heat N SOURCES CGAL's heat method (intrinsic Delaunay), one source after the other: likewise
 //   peers stl N FILE          writes the ellipsoid as binary STL
 //   peers start TIMES         a box of 12 triangles from buffers, ar_compute, freed: median and largest milliseconds
 #include "shapes.hpp"
@@ -29,6 +29,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <initializer_list>
 #include <stdexcept>
 
 namespace {
@@ -90,6 +91,16 @@ shapes::Mesh organic(int n) {
     return mesh;
 }
 
+// The seconds of some stages.
+double seconds_of(const armesh::mesh &mesh, std::initializer_list<int> stages) {
+    const auto summary = mesh.summary();
+    double sum = 0;
+    for (const int stage : stages) {
+        sum += summary.stage_seconds[stage];
+    }
+    return sum;
+}
+
 // D1 as a slicer asks for it, without the time that D2 takes before.
 void organic_d1(int n, unsigned threads) {
     armesh::mesh mesh = hand_over(organic(n));
@@ -102,34 +113,19 @@ void organic_d1(int n, unsigned threads) {
         return true;
     };
     mesh.compute(how);
+    const double wall = seconds_of(mesh, {AR_STAGE_SURFACE, AR_STAGE_FACTOR, AR_STAGE_GEODESIC});
     const auto summary = mesh.summary();
-    double wall = 0;
-    for (int stage : {AR_STAGE_SURFACE, AR_STAGE_FACTOR, AR_STAGE_GEODESIC}) {
-        wall += summary.stage_seconds[stage];
-    }
     std::printf("%.6f %.6f %.9g %llu\n", wall, timer.processor() - before, summary.d1_max,
                 static_cast<unsigned long long>(summary.solves));
 }
 
-// Time until D1 begins.
+// Widths without D1, which is asked for roughly, as it has to be asked for.
 void widths(int n, armesh::compute_options how) {
     armesh::mesh mesh = hand_over(ellipsoid(n));
-    double wall = 0, processor = 0;
-    const Timer timer;
-    how.progress = [&](double, armesh::stage now) { // some 30 times a second: the answer is rounded up
-        wall = timer.wall();
-        processor = timer.processor();
-        return now == armesh::stage::mesh || now == armesh::stage::thickness;
-    };
-    try {
-        mesh.compute(how);
-        throw std::runtime_error("D1 was not stopped");
-    } catch (const armesh::error &error) {
-        if (error.status() != AR_E_CANCELLED) {
-            throw;
-        }
-    }
-    std::printf("%.6f %.6f\n", wall, processor);
+    how.d1_method = armesh::d1_method::certified;
+    how.d1_tolerance = 0.5;
+    mesh.compute(how);
+    std::printf("%.6f\n", seconds_of(mesh, {AR_STAGE_MESH, AR_STAGE_THICKNESS}));
 }
 
 void d2(int n, unsigned threads, unsigned rays) {

@@ -34,7 +34,7 @@ pub struct RayMesh {
     /// Faces with the same corners in the same sense as an earlier one, and that one. Only the earlier one is in the
     /// tree: stacks of copies would make every ray meet all of them.
     pub(super) copies: Vec<[u32; 2]>,
-    /// The faces around each vertex.
+    /// The faces around each vertex; empty unless made [`RayMesh::for_spheres`].
     pub(super) fans: Fans,
     /// The middle of the bounding box in the caller's coordinates.
     centre: [f64; 3],
@@ -64,11 +64,20 @@ impl RayMesh {
         normals.extend(triangles.iter().map(|t| unit_normal(t.map(|v| points[v as usize]))));
         job.check()?;
         let copies = find_copies(positions.len(), triangles)?;
-        let fans = Fans::new(&points, triangles, &normals)?;
-        let tree = Tree::default();
+        let (tree, fans) = (Tree::default(), Fans::default());
         let mut mesh = RayMesh { tree, points, triangles: copy, normals, copies, fans, centre, scale };
         mesh.tree = mesh.build_tree(job)?;
         Ok(mesh)
+    }
+
+    /// Prepares for [`Tree::approach`] and questions about the surface around a place, which rays need not.
+    ///
+    /// # Errors
+    /// [`Error::NoMemory`].
+    pub(super) fn for_spheres(mut self) -> Result<RayMesh> {
+        self.fans = Fans::new(&self.points, &self.triangles, &self.normals)?;
+        self.tree.slabs = find_slabs(&self.tree, &self)?;
+        Ok(self)
     }
 
     /// Gives faces that are copies of an earlier one that one's value.
@@ -114,12 +123,26 @@ impl RayMesh {
         &self,
         lanes: L,
         stack: &mut Stack,
+        ray: ([f64; 3], [f64; 3]),
+        range: (f64, f64),
+        skip: u32,
+    ) -> Option<Hit> {
+        self.nearest_hit_from(self.tree.root(), lanes, stack, ray, range, skip)
+    }
+
+    /// The same among what is below the children of `roots`.
+    #[inline(always)]
+    pub(super) fn nearest_hit_from<L: Lanes>(
+        &self,
+        roots: &[Node],
+        lanes: L,
+        stack: &mut Stack,
         (o, d): ([f64; 3], [f64; 3]),
         (tmin, tmax): (f64, f64),
         skip: u32,
     ) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        self.tree.shoot(lanes, stack, &Ray::new(o, d), tmin, tmax, |hit| {
+        self.tree.shoot(lanes, stack, roots, &Ray::new(o, d), (tmin, tmax), |hit| {
             let reach = best.map_or(tmax, |b| b.t);
             if hit.face != skip && best.is_none_or(|b| hit.t < b.t || (hit.t == b.t && hit.face < b.face)) {
                 best = Some(hit);
@@ -377,7 +400,6 @@ impl<'a> Folder<'a> {
             }
             todo[base..].reverse();
         }
-        self.out.slabs = find_slabs(&self.out, self.mesh)?;
         Ok(self.out)
     }
 

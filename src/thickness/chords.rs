@@ -3,7 +3,7 @@
 
 use super::bvh::{RayMesh, SAME_SURFACE, dot};
 use super::cone::Cone;
-use super::inscribed::width_at;
+use super::inscribed::Spheres;
 use super::lanes::{Lanes, Work, with_best};
 use super::tree::Stack;
 use crate::error::{Result, try_filled};
@@ -87,15 +87,15 @@ impl Work for Widths<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let mut stack = Stack::new();
+        let mut spheres = Spheres::new(self.mesh, self.cone);
         for ((&point, &face), out) in self.points.iter().zip(self.faces).zip(self.out) {
             let normal = self.mesh.normals[face as usize];
             if normal == [0.0; 3] {
                 continue;
             }
             let origin = self.mesh.to_unit(point);
-            let best = width_at(lanes, self.mesh, self.cone, (origin, face), f64::INFINITY, &mut stack);
-            *out = self.mesh.to_length(best);
+            let sphere = spheres.at(lanes, (origin, face), f64::INFINITY, None);
+            *out = sphere.map_or(f64::NAN, |s| self.mesh.to_length(s.diameter));
         }
     }
 }

@@ -46,7 +46,9 @@ impl Exposed {
     pub fn new(positions: &[[f64; 3]], triangles: &[[u32; 3]], job: &Job) -> Result<Exposed> {
         let mesh = RayMesh::new(positions, triangles, job)?;
         let faces = triangles.len();
-        let Some(shells) = Shells::find(&mesh)? else { return Ok(Exposed { mesh, kept: None, faces }) };
+        let Some(shells) = Shells::find(&mesh)? else {
+            return Ok(Exposed { mesh: mesh.for_spheres()?, kept: None, faces });
+        };
         let fates: Result<Vec<Vec<Fate>>> = (0..faces)
             .collect::<Vec<_>>()
             .par_chunks(256)
@@ -57,7 +59,7 @@ impl Exposed {
             .collect();
         let fates: Vec<Fate> = fates?.into_iter().flatten().collect();
         if fates.iter().all(|f| *f == Fate::Exposed) {
-            return Ok(Exposed { mesh, kept: None, faces });
+            return Ok(Exposed { mesh: mesh.for_spheres()?, kept: None, faces });
         }
         let (mut points, mut tris) = (try_vec(faces, "exposed surface")?, try_vec(faces, "exposed surface")?);
         points.extend_from_slice(positions);
@@ -79,7 +81,7 @@ impl Exposed {
             }
             kept.push(if tris.len() as u32 > from { Kept::Whole(from) } else { Kept::Pieces(from, from) });
         }
-        Ok(Exposed { mesh: RayMesh::new(&points, &tris, job)?, kept: Some(kept), faces })
+        Ok(Exposed { mesh: RayMesh::new(&points, &tris, job)?.for_spheres()?, kept: Some(kept), faces })
     }
 
     /// The exposed surface; its face ids are its own.
@@ -292,12 +294,19 @@ impl Judge<'_> {
                 let d = d.map(|x| x / length);
                 let mut winding = 0;
                 let start = SAME_SURFACE / dot(d, normal);
-                self.mesh.tree.shoot(lanes, stack, &Ray::new(p, d), start, f64::INFINITY, |hit| {
-                    if self.shells.closed[self.shells.of[hit.face as usize] as usize] {
-                        winding += if hit.exit { 1 } else { -1 };
-                    }
-                    f64::INFINITY
-                });
+                self.mesh.tree.shoot(
+                    lanes,
+                    stack,
+                    self.mesh.tree.root(),
+                    &Ray::new(p, d),
+                    (start, f64::INFINITY),
+                    |hit| {
+                        if self.shells.closed[self.shells.of[hit.face as usize] as usize] {
+                            winding += if hit.exit { 1 } else { -1 };
+                        }
+                        f64::INFINITY
+                    },
+                );
                 (winding >= 1) as usize
             })
             .sum();

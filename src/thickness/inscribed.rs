@@ -1,9 +1,10 @@
 //! D2 as the paper has it: the diameter of the largest inscribed sphere that touches the surface at a face's centroid,
 //! felt out by rays (Eqs. 10-13).
 
-use super::bvh::{RayMesh, SAME_SURFACE};
+use super::bvh::{RayMesh, SAME_SURFACE, along, dot, sub};
 use super::cone::{Cone, frame, turned};
 use super::lanes::{Lanes, Work, with_best};
+use super::shaft::{Front, Shaft};
 use super::tree::{Block, Stack, faces_of};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
@@ -73,11 +74,11 @@ pub fn vertex_means(vertex_count: usize, triangles: &[[u32; 3]], face_width: &[f
 }
 
 /// The faces of some blocks.
-struct Piece<'a> {
-    mesh: &'a RayMesh,
-    cone: &'a Cone,
-    blocks: &'a [Block],
-    out: &'a mut Vec<(u32, f64)>,
+pub(super) struct Piece<'a> {
+    pub mesh: &'a RayMesh,
+    pub cone: &'a Cone,
+    pub blocks: &'a [Block],
+    pub out: &'a mut Vec<(u32, f64)>,
 }
 
 impl Work for Piece<'_> {
@@ -85,56 +86,109 @@ impl Work for Piece<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let mut stack = Stack::new();
-        let mut guess = f64::INFINITY;
+        let mut spheres = Spheres::new(self.mesh, self.cone);
+        let mut guess: Option<Sphere> = None;
         for face in self.blocks.iter().flat_map(faces_of) {
+            let corners = self.mesh.corners(face);
+            let centroid = std::array::from_fn(|a| (corners[0][a] + corners[1][a] + corners[2][a]) / 3.0);
             // A sphere a little larger than the neighbour's: if a ray ends inside it, the minimum is in there; if none
             // does, nothing is known and the rays are shot again without bound. The result is the same.
-            let mut d = face_width(lanes, self.mesh, self.cone, face, guess, &mut stack);
-            if d.is_nan() && guess < f64::INFINITY {
-                d = face_width(lanes, self.mesh, self.cone, face, f64::INFINITY, &mut stack);
+            let limit = guess.map_or(f64::INFINITY, |s| s.diameter * GUESS);
+            let ahead = guess.map(|s| s.contact);
+            let mut sphere = spheres.at(lanes, (centroid, face), limit, ahead);
+            if sphere.is_none() && limit < f64::INFINITY {
+                sphere = spheres.at(lanes, (centroid, face), f64::INFINITY, None);
             }
-            guess = if d.is_nan() { f64::INFINITY } else { d * GUESS };
-            self.out.push((face, d));
+            self.out.push((face, sphere.map_or(f64::NAN, |s| s.diameter)));
+            guess = sphere;
         }
     }
 }
 
 const GUESS: f64 = 1.05;
 
-/// d_i of one face in units of the tree if it is at most `limit`, else NaN.
-#[inline(always)]
-fn face_width<L: Lanes>(lanes: L, mesh: &RayMesh, cone: &Cone, face: u32, limit: f64, stack: &mut Stack) -> f64 {
-    let corners = mesh.corners(face);
-    let centroid = std::array::from_fn(|a| (corners[0][a] + corners[1][a] + corners[2][a]) / 3.0);
-    width_at(lanes, mesh, cone, (centroid, face), limit, stack)
+/// A sphere that touches the surface at the origin of the rays and where the shortest of them ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sphere {
+    pub diameter: f64,
+    contact: [f64; 3],
 }
 
-/// The same at a point of a face.
-#[inline(always)]
-pub(super) fn width_at<L: Lanes>(
-    lanes: L,
-    mesh: &RayMesh,
-    cone: &Cone,
-    (origin, face): ([f64; 3], u32),
-    limit: f64,
-    stack: &mut Stack,
-) -> f64 {
-    let inward = mesh.normals[face as usize].map(|x| -x);
-    let xy = frame(mesh.corners(face), inward);
-    let (mut best, mut reach) = (f64::NAN, limit);
-    for &d in cone.directions() {
-        // --- Eqs. 10-12: ray and triangle. A ray that ends outside the sphere found so far cannot make it smaller.
-        let ray = (origin, turned(d, xy, inward));
-        let range = (SAME_SURFACE / d[2], reach * d[2]);
-        if let Some(hit) = mesh.nearest_hit(lanes, stack, ray, range, face) {
-            // --- Eq. 13
-            let diameter = hit.t / d[2];
-            if !(diameter >= best) {
-                best = diameter;
-                reach = diameter;
+/// Finds spheres by the rays of a cone.
+pub(super) struct Spheres<'a> {
+    mesh: &'a RayMesh,
+    cone: &'a Cone,
+    /// Cosine and sine of the angle between the axis and the outermost ray, and a little more.
+    edge: [f64; 2],
+    front: Front,
+    stack: Stack,
+}
+
+/// Shafts are wider than the outermost ray by this much in the cosine.
+const WIDER: f64 = 1e-5;
+
+impl<'a> Spheres<'a> {
+    pub fn new(mesh: &'a RayMesh, cone: &'a Cone) -> Spheres<'a> {
+        let cos = (cone.directions().iter().fold(1.0, |least: f64, d| least.min(d[2])) - WIDER).max(0.0);
+        Spheres { mesh, cone, edge: [cos, (1.0 - cos * cos).sqrt()], front: Front::new(), stack: Stack::new() }
+    }
+
+    /// The smallest sphere that is no larger than `limit`, in units of the tree. A ray towards `ahead` goes first.
+    #[inline(always)]
+    pub fn at<L: Lanes>(
+        &mut self,
+        lanes: L,
+        (origin, face): ([f64; 3], u32),
+        limit: f64,
+        ahead: Option<[f64; 3]>,
+    ) -> Option<Sphere> {
+        let inward = self.mesh.normals[face as usize].map(|x| -x);
+        let [x, y] = frame(self.mesh.corners(face), inward);
+        let first = ahead.map_or(0, |p| {
+            let way = sub(p, origin);
+            nearest_to(self.cone.directions(), [dot(way, x), dot(way, y), dot(way, inward)])
+        });
+        let (mut best, mut reach) = (None, limit);
+        let directions = self.cone.directions();
+        for (k, d) in std::iter::once(directions[first]).chain(directions.iter().copied()).enumerate() {
+            if k == 1 {
+                // --- the rest of the rays end in the sphere found by the first
+                let [cos, sin] = self.edge;
+                self.front.gather(
+                    lanes,
+                    &self.mesh.tree,
+                    &Shaft { apex: origin, axis: inward, cos, sin, diameter: reach, face },
+                );
+            }
+            if k == first + 1 {
+                continue;
+            }
+            // --- Eqs. 10-12: ray and triangle. A ray that ends outside the sphere found so far cannot make it smaller.
+            let way = turned(d, [x, y], inward);
+            let range = (SAME_SURFACE / d[2], reach * d[2]);
+            let roots = if k == 0 { self.mesh.tree.root() } else { self.front.roots() };
+            if let Some(hit) = self.mesh.nearest_hit_from(roots, lanes, &mut self.stack, (origin, way), range, face) {
+                // --- Eq. 13
+                let diameter = hit.t / d[2];
+                if best.is_none_or(|s: Sphere| diameter < s.diameter) {
+                    best = Some(Sphere { diameter, contact: along(origin, hit.t, way) });
+                    reach = diameter;
+                }
             }
         }
+        best
     }
-    best
+}
+
+/// The direction that makes the smallest angle with `way`.
+#[inline(always)]
+fn nearest_to(directions: &[[f64; 3]], way: [f64; 3]) -> usize {
+    let mut best = (f64::NEG_INFINITY, 0);
+    for (k, d) in directions.iter().enumerate() {
+        let cos = dot(*d, way);
+        if cos > best.0 {
+            best = (cos, k);
+        }
+    }
+    best.1
 }

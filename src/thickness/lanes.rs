@@ -3,22 +3,20 @@
 //! so their rounding does not matter, and the triangle test uses the same operations in the same order, without fused
 //! multiply-add.
 
+use super::shaft::{ABOUT, ROUNDING, Single};
 use super::tree::{Block, Node};
 
-/// A ray prepared for both tests: single precision for the boxes, double precision and shear for the triangles.
+/// A ray prepared for the boxes, in single precision.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ray {
+    /// Origin and direction.
+    pub o: [f64; 3],
+    pub d: [f64; 3],
     /// Origin, rounded, and reciprocal direction, kept finite.
     pub o32: [f32; 3],
     pub inv: [f32; 3],
     /// Index into [`Node::bounds`] of the plane that the ray meets first, on each axis; the other is 3 away.
     pub near: [usize; 3],
-    /// Origin in double precision.
-    pub o: [f64; 3],
-    /// Axes after the permutation that makes the last one the longest of the direction and keeps the winding.
-    pub k: [usize; 3],
-    /// Shear x and y, and scale z.
-    pub s: [f64; 3],
 }
 
 /// Directions smaller than this move a ray less than the padding of the boxes over its whole length.
@@ -28,23 +26,36 @@ impl Ray {
     /// The ray from `o` along the unit vector `d`.
     #[inline(always)]
     pub fn new(o: [f64; 3], d: [f64; 3]) -> Ray {
-        let d32 = d.map(|x| x as f32);
-        let inv = d32.map(|x| if x.abs() < SMALLEST { (1.0 / SMALLEST).copysign(x) } else { 1.0 / x });
-        let near = std::array::from_fn(|a| if inv[a] < 0.0 { a + 3 } else { a });
-        let [x, y, z] = d.map(f64::abs);
-        let kz = if x > y && x > z {
-            0
-        } else if y > z {
-            1
-        } else {
-            2
-        };
-        let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
-        if d[kz] < 0.0 {
-            std::mem::swap(&mut kx, &mut ky);
-        }
-        let sz = 1.0 / d[kz];
-        Ray { o32: o.map(|x| x as f32), inv, near, o, k: [kx, ky, kz], s: [d[kx] * sz, d[ky] * sz, sz] }
+        let inv = d.map(|x| {
+            let x = x as f32;
+            1.0 / if x.abs() < SMALLEST { SMALLEST.copysign(x) } else { x }
+        });
+        let near = [0, 1, 2].map(|a| a + 3 * (inv[a] < 0.0) as usize);
+        Ray { o, d, o32: o.map(|x| x as f32), inv, near }
+    }
+}
+
+/// A ray prepared for the triangles, in double precision.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shear {
+    /// Axes after the permutation that makes the last one the longest of the direction and keeps the winding.
+    pub k: [usize; 3],
+    /// Origin along these axes.
+    pub o: [f64; 3],
+    /// Shear x and y, and scale z.
+    pub s: [f64; 3],
+}
+
+impl Shear {
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Shear {
+        let [x, y, z] = ray.d.map(f64::abs);
+        // Without branches: the longest axis is as good as random.
+        let kz = if (x > y) & (x > z) { 0 } else { 2 - (y > z) as usize };
+        let turned = (ray.d[kz] < 0.0) as usize;
+        let (kx, ky) = ((kz + 1 + turned) % 3, (kz + 2 - turned) % 3);
+        let sz = 1.0 / ray.d[kz];
+        Shear { k: [kx, ky, kz], o: [kx, ky, kz].map(|k| ray.o[k]), s: [ray.d[kx] * sz, ray.d[ky] * sz, sz] }
     }
 }
 
@@ -67,7 +78,9 @@ pub(super) trait Lanes: Copy + Send + Sync {
     /// Children of `node` whose boxes the ray enters before `tmax`, as a bit mask, and where it enters each.
     fn boxes(self, node: &Node, slopes: &Self::Slopes, tmax: f32, enter: &mut [f32; 8]) -> u32;
     /// Watertight ray-triangle tests (Woop, Benthin, Wald 2013) in double precision.
-    fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits;
+    fn triangles(self, block: &Block, ray: &Shear, tmin: f64, tmax: f64) -> BlockHits;
+    /// Children of `node` whose boxes `shaft` may meet, as a bit mask, and those that lie about its apex.
+    fn shaft(self, node: &Node, shaft: &Single) -> (u32, u32);
     /// Squared distance of `p` to each child's box, and the children nearer than the squared distance `limit`.
     fn distances(self, node: &Node, p: [f32; 3], limit: f32, d2: &mut [f32; 8]) -> u32;
 }
@@ -113,14 +126,14 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits {
+    fn triangles(self, block: &Block, ray: &Shear, tmin: f64, tmax: f64) -> BlockHits {
         let mut out = BlockHits { t: [0.0; 4], hit: 0, exit: 0 };
         let [kx, ky, kz] = ray.k;
         for k in 0..4 {
             let [a, b, c] = [0, 1, 2].map(|v| {
-                let z = block.v[v][kz][k] - ray.o[kz];
-                let x = (block.v[v][kx][k] - ray.o[kx]) - ray.s[0] * z;
-                let y = (block.v[v][ky][k] - ray.o[ky]) - ray.s[1] * z;
+                let z = block.v[v][kz][k] - ray.o[2];
+                let x = (block.v[v][kx][k] - ray.o[0]) - ray.s[0] * z;
+                let y = (block.v[v][ky][k] - ray.o[1]) - ray.s[1] * z;
                 [x, y, z]
             });
             let u = c[0] * b[1] - c[1] * b[0];
@@ -134,6 +147,32 @@ impl Lanes for Portable {
             out.exit |= ((det < 0.0) as u32) << k;
         }
         out
+    }
+
+    #[inline(always)]
+    fn shaft(self, node: &Node, shaft: &Single) -> (u32, u32) {
+        let (mut met, mut about) = (0, 0);
+        for k in 0..8 {
+            let lo = [0, 1, 2].map(|a| node.bounds[a][k]);
+            let hi = [3, 4, 5].map(|a| node.bounds[a][k]);
+            let half = [0, 1, 2].map(|a| 0.5 * (hi[a] - lo[a]));
+            let middle = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+            let way = [0, 1, 2].map(|a| middle[a] - shaft.apex[a]);
+            let gap = [0, 1, 2].map(|a| max((middle[a] - shaft.centre[a]).abs() - half[a], 0.0));
+            let dot = |p: [f32; 3], q: [f32; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+            let height = dot(way, shaft.axis);
+            let lateral = [0, 1, 2].map(|a| way[a] - height * shaft.axis[a]);
+            let beside = dot(lateral, lateral).sqrt();
+            // The plane that touches the cone along a line on the side of the box's middle: how far inside of it the
+            // box reaches, times the distance of the middle from the axis.
+            let normal = [0, 1, 2].map(|a| (shaft.sin * beside) * shaft.axis[a] - shaft.cos * lateral[a]);
+            let reach = dot(normal.map(|x| x.abs() + ROUNDING), half);
+            let inside = beside * (height * shaft.sin - beside * shaft.cos + ROUNDING) + reach;
+            let is_met = (lo[0] <= hi[0]) & (inside >= 0.0) & (dot(gap, gap) <= shaft.radius2);
+            met |= (is_met as u32) << k;
+            about |= ((dot(way, way) <= ABOUT * dot(half, half)) as u32) << k;
+        }
+        (met, about)
     }
 
     #[inline(always)]
@@ -206,7 +245,7 @@ mod v3 {
         }
 
         #[inline(always)]
-        fn triangles(self, block: &Block, ray: &Ray, tmin: f64, tmax: f64) -> BlockHits {
+        fn triangles(self, block: &Block, ray: &Shear, tmin: f64, tmax: f64) -> BlockHits {
             // Macros rather than closures: a closure would not be compiled for this instruction set.
             let i = self.avx;
             macro_rules! sub {
@@ -230,7 +269,7 @@ mod v3 {
                 };
             }
             let [kx, ky, kz] = ray.k;
-            let (ox, oy, oz) = (i._mm256_set1_pd(ray.o[kx]), i._mm256_set1_pd(ray.o[ky]), i._mm256_set1_pd(ray.o[kz]));
+            let (ox, oy, oz) = (i._mm256_set1_pd(ray.o[0]), i._mm256_set1_pd(ray.o[1]), i._mm256_set1_pd(ray.o[2]));
             let (sx, sy, sz) = (i._mm256_set1_pd(ray.s[0]), i._mm256_set1_pd(ray.s[1]), i._mm256_set1_pd(ray.s[2]));
             let zero = i._mm256_setzero_pd();
             let mut corner = [[zero; 3]; 3];
@@ -270,6 +309,52 @@ mod v3 {
                 hit: i._mm256_movemask_pd(and!(inside, in_range)) as u32,
                 exit: i._mm256_movemask_pd(i._mm256_cmp_pd::<_CMP_LT_OQ>(det, zero)) as u32,
             }
+        }
+
+        #[inline(always)]
+        fn shaft(self, node: &Node, shaft: &Single) -> (u32, u32) {
+            let (i, m) = (self.avx, self.fma);
+            macro_rules! dot {
+                ($p:expr, $q:expr) => {
+                    m._mm256_fmadd_ps($p[2], $q[2], m._mm256_fmadd_ps($p[1], $q[1], i._mm256_mul_ps($p[0], $q[0])))
+                };
+            }
+            let zero = i._mm256_setzero_ps();
+            let one_half = i._mm256_set1_ps(0.5);
+            let sign = i._mm256_set1_ps(-0.0);
+            let (mut half, mut way, mut gap, mut axis) = ([zero; 3], [zero; 3], [zero; 3], [zero; 3]);
+            for a in 0..3 {
+                let (lo, hi) = (ps(&node.bounds[a]), ps(&node.bounds[a + 3]));
+                let middle = i._mm256_mul_ps(i._mm256_add_ps(lo, hi), one_half);
+                half[a] = i._mm256_mul_ps(i._mm256_sub_ps(hi, lo), one_half);
+                way[a] = i._mm256_sub_ps(middle, i._mm256_set1_ps(shaft.apex[a]));
+                let off = i._mm256_andnot_ps(sign, i._mm256_sub_ps(middle, i._mm256_set1_ps(shaft.centre[a])));
+                gap[a] = i._mm256_max_ps(i._mm256_sub_ps(off, half[a]), zero);
+                axis[a] = i._mm256_set1_ps(shaft.axis[a]);
+            }
+            let (sin, cos) = (i._mm256_set1_ps(shaft.sin), i._mm256_set1_ps(shaft.cos));
+            let height = dot!(way, axis);
+            let mut lateral = [zero; 3];
+            for a in 0..3 {
+                lateral[a] = m._mm256_fnmadd_ps(height, axis[a], way[a]);
+            }
+            let beside = i._mm256_sqrt_ps(dot!(lateral, lateral));
+            let (up, rounding) = (i._mm256_mul_ps(sin, beside), i._mm256_set1_ps(ROUNDING));
+            let mut reach = [zero; 3];
+            for a in 0..3 {
+                let normal = m._mm256_fmsub_ps(up, axis[a], i._mm256_mul_ps(cos, lateral[a]));
+                reach[a] = i._mm256_add_ps(i._mm256_andnot_ps(sign, normal), rounding);
+            }
+            let inside = i._mm256_add_ps(m._mm256_fmsub_ps(height, sin, i._mm256_mul_ps(beside, cos)), rounding);
+            let inside = m._mm256_fmadd_ps(beside, inside, dot!(reach, half));
+            let met = i._mm256_and_ps(
+                i._mm256_cmp_ps::<_CMP_GE_OQ>(inside, zero),
+                i._mm256_cmp_ps::<_CMP_LE_OQ>(dot!(gap, gap), i._mm256_set1_ps(shaft.radius2)),
+            );
+            let met = i._mm256_and_ps(met, i._mm256_cmp_ps::<_CMP_GE_OQ>(half[0], zero));
+            let size2 = i._mm256_mul_ps(dot!(half, half), i._mm256_set1_ps(ABOUT));
+            let about = i._mm256_cmp_ps::<_CMP_LE_OQ>(dot!(way, way), size2);
+            (i._mm256_movemask_ps(met) as u32, i._mm256_movemask_ps(about) as u32)
         }
 
         #[inline(always)]

@@ -12,6 +12,7 @@ mod lanes;
 mod nearest;
 mod rest;
 pub mod sdf;
+mod shaft;
 mod slabs;
 mod tree;
 pub mod wall;

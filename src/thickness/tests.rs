@@ -1,8 +1,8 @@
 //! The paper's D2 and the shape diameter function against closed forms and properties.
 
-use super::bvh::RayMesh;
-use super::cone::{ANGLE, Cone, RAYS};
-use super::inscribed::{FaceWidths, face_widths, vertex_means};
+use super::bvh::{RayMesh, SAME_SURFACE};
+use super::cone::{self, ANGLE, Cone, RAYS, frame};
+use super::inscribed::{FaceWidths, Piece, face_widths, vertex_means};
 use super::lanes::{Lanes, Portable, Work, with_best};
 use super::sdf::{SDF_ANGLE, SDF_RAYS, sdf_values};
 use super::shapes::*;
@@ -134,6 +134,60 @@ fn rays_do_not_slip_between_triangles() {
         let mesh = on(1, |job| RayMesh::new(&shape.0, &shape.1, job));
         assert_eq!(with_best(Aim(&shape, &mesh)), 0);
         assert_eq!(Aim(&shape, &mesh).run(Portable), 0);
+    }
+}
+
+/// The smallest sphere of each face by all rays one for one, from the root and to the end.
+struct OneByOne<'a>(&'a RayMesh, &'a Cone);
+
+impl Work for OneByOne<'_> {
+    type Output = Vec<f64>;
+
+    fn run<L: Lanes>(self, lanes: L) -> Vec<f64> {
+        let OneByOne(mesh, rays) = self;
+        let width = |face: u32| {
+            let corners = mesh.corners(face);
+            let centroid = std::array::from_fn(|a| (corners[0][a] + corners[1][a] + corners[2][a]) / 3.0);
+            let inward = mesh.normals[face as usize].map(|x| -x);
+            let xy = frame(corners, inward);
+            let spheres = rays.directions().iter().filter_map(|d| {
+                let ray = (centroid, cone::turned(*d, xy, inward));
+                let range = (SAME_SURFACE / d[2], f64::INFINITY);
+                Some(mesh.nearest_hit(lanes, &mut Vec::new(), ray, range, face)?.t / d[2])
+            });
+            mesh.to_length(spheres.fold(f64::NAN, f64::min))
+        };
+        (0..mesh.face_count() as u32).map(width).collect()
+    }
+}
+
+#[test]
+fn rays_of_a_cone_together_find_what_they_find_one_by_one() {
+    let lumps = |p: [f64; 3]| {
+        let s = 1.0 + 0.3 * (7.0 * p[0]).sin() * (5.0 * p[1]).cos() + 0.1 * (23.0 * p[2]).sin();
+        [3.0 * s * p[0], s * p[1], 0.4 * s * p[2]]
+    };
+    let open = {
+        let (p, mut t) = mapped(icosphere(8), lumps);
+        t.retain(|t| t[0] % 7 != 0);
+        (p, t)
+    };
+    let needles = cuboid([1.0, 0.02, 0.3], [40, 1, 3]);
+    for shape in [mapped(icosphere(14), lumps), open, needles, cuboid([1.0; 3], [9, 9, 9])] {
+        for (rays, angle) in [(20, ANGLE), (7, 0.03), (50, 3.1), (1, 1.0)] {
+            let (mesh, cone) = on(1, |job| Ok((RayMesh::new(&shape.0, &shape.1, job)?, Cone::new(rays, angle)?)));
+            let found = on(1, |job| face_widths(&mesh, &cone, job)).width;
+            for (face, (found, sure)) in found.iter().zip(OneByOne(&mesh, &cone).run(Portable)).enumerate() {
+                let same = (found / sure - 1.0).abs() < 1e-12 || (found.is_nan() && sure.is_nan());
+                assert!(same, "{rays} rays in {angle}: face {face} of {}: {found}, not {sure}", shape.1.len());
+            }
+            let mut portable = Vec::new();
+            Piece { mesh: &mesh, cone: &cone, blocks: &mesh.tree.blocks, out: &mut portable }.run(Portable);
+            for (face, d) in portable {
+                let (found, d) = (found[face as usize], mesh.to_length(d));
+                assert!((found / d - 1.0).abs() < 1e-12 || (found.is_nan() && d.is_nan()), "face {face}: {found}, {d}");
+            }
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The eight-wide tree that rays walk: boxes in single precision, padded outward, and triangles in double precision.
 
-use super::lanes::{Lanes, Ray};
+use super::lanes::{Lanes, Ray, Shear};
 
 /// Eight child boxes side by side.
 #[derive(Debug, Clone, Copy)]
@@ -202,7 +202,7 @@ pub(super) type Stack = Vec<(f32, u32)>;
 #[derive(Debug, Default)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
-    /// One for each node.
+    /// One for each node, or none where only rays are shot.
     pub slabs: Vec<Slab>,
     pub blocks: Vec<Block>,
 }
@@ -214,23 +214,43 @@ pub(super) fn up(t: f64) -> f32 {
 }
 
 impl Tree {
-    /// Calls `visit` for triangles that the ray meets at `tmin < t <= tmax`, in no particular order; `visit` returns
-    /// the new `tmax`, beyond which the caller needs no more.
+    /// The root, where rays begin.
+    #[inline(always)]
+    pub fn root(&self) -> &[Node] {
+        &self.nodes[..self.nodes.len().min(1)]
+    }
+
+    /// Calls `visit` for triangles that the ray meets at `tmin < t <= tmax` in or below the children of `roots`, in no
+    /// particular order; `visit` returns the new `tmax`, beyond which the caller needs no more.
     #[inline(always)]
     pub fn shoot<L: Lanes>(
         &self,
         lanes: L,
         stack: &mut Stack,
+        roots: &[Node],
         ray: &Ray,
-        tmin: f64,
-        mut tmax: f64,
+        (tmin, mut tmax): (f64, f64),
         mut visit: impl FnMut(Hit) -> f64,
     ) {
         stack.clear();
         let slopes = lanes.slopes(ray);
+        // Many rays meet no block.
+        let mut shear = None;
         let mut tmax32 = up(tmax);
         let mut enter = [0.0f32; 8];
-        let mut at = 0u32;
+        for roots in roots.chunks(8) {
+            // All masks first, then what is in them: one loop whose end cannot be foretold instead of eight.
+            let (mut begins, mut all) = ([[0.0f32; 8]; 8], 0u64);
+            for (g, node) in roots.iter().enumerate() {
+                all |= (lanes.boxes(node, &slopes, tmax32, &mut begins[g]) as u64) << (8 * g);
+            }
+            while all != 0 {
+                let bit = all.trailing_zeros() as usize;
+                all &= all - 1;
+                stack.push((begins[bit / 8][bit % 8], roots[bit / 8].child[bit % 8]));
+            }
+        }
+        let Some((_, mut at)) = stack.pop() else { return };
         loop {
             if at & LEAF == 0 {
                 let Some(node) = self.nodes.get(at as usize) else { return };
@@ -259,7 +279,11 @@ impl Tree {
                 sort_new(stack, base);
             } else {
                 let Some(block) = self.blocks.get((at & !LEAF) as usize) else { return };
-                let found = lanes.triangles(block, ray, tmin, tmax);
+                let sheared = match shear {
+                    Some(sheared) => sheared,
+                    None => *shear.insert(Shear::new(ray)),
+                };
+                let found = lanes.triangles(block, &sheared, tmin, tmax);
                 let mut mask = found.hit;
                 while mask != 0 {
                     let k = (mask.trailing_zeros() & 3) as usize;
@@ -280,7 +304,7 @@ impl Tree {
         }
     }
 
-    /// Shows `visitor` the blocks within `reach` of `from`, the nearer ones first. It returns what centre and reach are
+    /// Shows `visitor` the blocks within `reach` of `from` (of a tree with slabs), the nearer ones first. It returns what centre and reach are
     /// from then on; the reach only shrinks, and where it is 0 nothing more is visited.
     #[inline(always)]
     pub fn approach<L: Lanes>(
@@ -340,7 +364,7 @@ impl Tree {
 
 /// Takes the lowest bit out of a mask of eight, which is not empty; its number.
 #[inline(always)]
-fn lowest(mask: &mut u32) -> usize {
+pub(super) fn lowest(mask: &mut u32) -> usize {
     let k = (mask.trailing_zeros() & 7) as usize;
     *mask &= mask.wrapping_sub(1);
     k

@@ -204,6 +204,9 @@ fn a_strip_belongs_to_what_it_faces() {
     for (own, share, joined) in [(0.05, 0.6, 1), (0.05, 0.4, 2), (0.2, 0.6, 2)] {
         assert_eq!(merged(&p, &t, &label, &places(own, share)), [0, 1, joined]);
     }
+    // nor if it stands out: two sides of the box that meet
+    let sides = [0, 0, 1, 1, 2, 2, 1, 1, 2, 2, 2, 2, 2, 2];
+    assert_eq!(merged(&p, &t, &sides, &places(0.05, 0.6)), [0, 1, 2]);
 }
 
 #[test]

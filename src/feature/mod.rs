@@ -125,10 +125,10 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let places = widths::places(positions, &triangles, rays, &walls, &segments, job)?;
     drop(walls);
     // --- segments back to back are one
-    let joined = merge::back_to_back(positions, &triangles, &segments, &places)?;
+    let dual = Dual::new(positions, &triangles, mesh.topology()?)?;
+    let joined = merge::back_to_back(positions, &triangles, &dual, &segments, &places)?;
     let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();
     // --- a bent sheet, and the walls of a box
-    let dual = Dual::new(positions, &triangles, mesh.topology()?)?;
     let sheet = sheets::closed_or_bent(&dual, &joined, &places)?;
     let joined: Vec<u32> = joined.iter().map(|&s| sheet[s as usize]).collect();
     // --- thin walls on thick bodies without a crease between

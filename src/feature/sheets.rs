@@ -17,7 +17,7 @@ const MOSTLY: f64 = 0.5;
 /// It is so many times as large as its thickness squared: 2.5 thicknesses wide on both sides.
 const LARGE: f64 = 12.5;
 /// Edges that turn more than this are sharp (radians); those below the other are flat.
-const TURNS: [f64; 2] = [0.5, 0.01];
+const TURNS: [f64; 2] = [0.8, 0.01];
 /// Share of a border that turns inward, and as much outward, where walls meet in an angle or a bend.
 const ANGLE: f64 = 0.25;
 /// Of the border in a bend no more than this share is sharp.

@@ -113,6 +113,13 @@ fn box_in_any_position() {
     // a cylinder has no flat sides: its axis is a principal one
     let round = revolved(&[[0.0, 0.0], [1.0, 0.0], [1.0, 9.0], [0.0, 9.0]], 24);
     near(oriented_box((&round.0, &round.1), (&round.0, &round.1)).size[0], 9.0, 1e-6);
+    // the sides of a prism on a right triangle lie across its principal axes
+    let corner = |k: usize| [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]][k % 3];
+    let p: Vec<Vec3> = (0..6).map(|k| [corner(k)[0], corner(k)[1], if k < 3 { 0.0 } else { 2.0 }]).collect();
+    let quads = [[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]];
+    let sides = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let t: Vec<[u32; 3]> = [[0, 2, 1], [3, 4, 5]].into_iter().chain(sides).collect();
+    near(oriented_box((&p, &t), (&p, &t)).size.iter().product(), 24.0, 1e-9);
     let nothing = oriented_box((&[], &[]), (&[], &[])).size[0];
     assert!(nothing.is_infinite() || nothing.is_nan());
 }
@@ -156,6 +163,11 @@ fn own_mesh_and_centroid() {
     assert!(lengths::centroid(&p, &t, &[]).0[0].is_nan());
 }
 
+fn merged(p: &[Vec3], t: &[[u32; 3]], label: &[u32], places: &[Place]) -> Vec<u32> {
+    let dual = Dual::new(p, t, &Topology::new(p, t).unwrap()).unwrap();
+    merge::back_to_back(p, t, &dual, label, places).unwrap()
+}
+
 #[test]
 fn back_to_back_is_one_wall() {
     // two sheets that face each other, and a box that one of them faces, too
@@ -166,11 +178,11 @@ fn back_to_back_is_one_wall() {
     }
     let label: Vec<u32> = [vec![0; 2], vec![1; 2], vec![2; 12]].concat();
     let facing = |share: f64| vec![place(0, 1.0, 2, share), place(1, 1.0, 5, 1.0 - share), place(2, 1.0, 0, 1.0)];
-    assert_eq!(merge::back_to_back(&p, &t, &label, &facing(0.9)).unwrap(), [0, 0, 2]);
+    assert_eq!(merged(&p, &t, &label, &facing(0.9)), [0, 0, 2]);
     // the second is a sheet that faces the first; the box is none, and its facing a sheet does not suffice
     let mut places = vec![place(0, 1.0, 5, 1.0), place(2, 1.0, NONE, 1.0), place(5, 1.0, 2, 1.0)];
     places[0].width = f64::NAN;
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places).unwrap(), [0, 1, 2]);
+    assert_eq!(merged(&p, &t, &label, &places), [0, 1, 2]);
 }
 
 #[test]
@@ -182,12 +194,33 @@ fn a_strip_belongs_to_what_it_faces() {
     p.extend(solid.0);
     let label: Vec<u32> = [vec![0; 2], vec![1; 12]].concat();
     let places = |share: f64| vec![place(0, 1.0, 2, share), place(0, 1.0, NONE, 1.0 - share), place(2, 1.0, 3, 9.0)];
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places(0.21)).unwrap(), [0, 0]);
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places(0.19)).unwrap(), [0, 1]);
+    assert_eq!(merged(&p, &t, &label, &places(0.21)), [0, 0]);
+    assert_eq!(merged(&p, &t, &label, &places(0.19)), [0, 1]);
+    // what is smaller is no body
+    let (mut q, mut u) = grid(&[0.0, 4.0], &[0.0, 3.0]);
+    u.extend([[4, 5, 7], [4, 7, 6]]);
+    q.extend(grid(&[0.0, 1.0], &[0.0, 1.0]).0);
+    let places_of_large = [place(0, 1.0, 2, 0.3), place(0, 1.0, NONE, 0.7), place(2, 1.0, NONE, 1.0)];
+    assert_eq!(merged(&q, &u, &[0, 0, 1, 1], &places_of_large), [0, 1]);
     // a part of the box that has no side across is no strip: it is bent
     let label: Vec<u32> = [vec![0; 2], vec![1; 4], vec![2; 8]].concat();
     let places = vec![place(2, 1.0, 9, 0.4), place(2, 1.0, NONE, 0.6), place(9, 1.0, 10, 9.0)];
-    assert_eq!(merge::back_to_back(&p, &t, &label, &places).unwrap(), [0, 1, 2]);
+    assert_eq!(merged(&p, &t, &label, &places), [0, 1, 2]);
+    // unless hardly any of it has, and most of it the same across
+    let places = |own: f64, share: f64| {
+        vec![
+            place(2, 1.0, 3, own),
+            place(2, 1.0, 9, share),
+            place(3, 1.0, NONE, 1.0 - own - share),
+            place(9, 1.0, 10, 9.0),
+        ]
+    };
+    for (own, share, joined) in [(0.05, 0.6, 1), (0.05, 0.4, 2), (0.2, 0.6, 2)] {
+        assert_eq!(merged(&p, &t, &label, &places(own, share)), [0, 1, joined]);
+    }
+    // nor if it stands out: two sides of the box that meet
+    let sides = [0, 0, 1, 1, 2, 2, 1, 1, 2, 2, 2, 2, 2, 2];
+    assert_eq!(merged(&p, &t, &sides, &places(0.05, 0.6)), [0, 1, 2]);
 }
 
 #[test]
@@ -206,6 +239,17 @@ fn thin_walls_part_from_thick_bodies() {
     // not thin, and nothing known
     let even: Vec<Place> = places.iter().map(|p| Place { width: p.width.max(5.0), ..*p }).collect();
     assert_eq!(split(&[0; 12], &even), [0; 12]);
+    for (thin, thick) in [(1.0, 2.0), (2.5, 10.0)] {
+        // half as thick; as thick as it is long and wide
+        let other: Vec<Place> =
+            places.iter().map(|p| Place { width: if p.width < 5.0 { thin } else { thick }, ..*p }).collect();
+        assert_eq!(split(&[0; 12], &other), [0; 12]);
+    }
+    // a remnant beyond the wall is no feature
+    let (p, t) = grid(&[0.0, 12.0, 20.0, 20.5], &[0.0, 2.0, 2.05]);
+    let topology = Topology::new(&p, &t).unwrap();
+    let found = split::at_jumps(&p, &t, &topology, &[0; 12], &places).unwrap();
+    assert_eq!(found, [0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0]);
     assert_eq!(split(&[0; 12], &[]), [0; 12]);
 }
 
@@ -250,6 +294,20 @@ fn height_above_the_border() {
         assert!((top[2] - 1.5).abs() < 1e-9 && foot[2].abs() < 1e-9);
         // the body hangs from its border with the boss, downward
         near(scene.height(0, &of(0), 20.0)?.unwrap().0, 5.0, 1e-9);
+        // a border in no plane, and one that the feature is on both sides of
+        let middle = |f: usize| {
+            let [a, b, c] = shape.1[f].map(|v| shape.0[v as usize]);
+            scale(add(add(a, b), c), 1.0 / 3.0)
+        };
+        let bent: Vec<u32> =
+            (0..label.len()).map(|f| u32::from(label[f] == 1 && (middle(f)[1] > 0.0 || middle(f)[2] > 1.4))).collect();
+        let flat = |f: usize| middle(f)[2].abs() < 1e-9;
+        let both: Vec<u32> = (0..label.len()).map(|f| u32::from(!flat(f))).collect();
+        for label in [bent, both] {
+            let faces: Vec<u32> = (0..label.len() as u32).filter(|&f| label[f as usize] == 1).collect();
+            let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &label };
+            assert!(scene.height(1, &faces, 2.0)?.is_none());
+        }
         let alone = Scene { label: &vec![0; label.len()], ..scene };
         assert!(alone.height(0, &(0..label.len() as u32).collect::<Vec<u32>>(), 8.0)?.is_none());
         Ok(())
@@ -258,10 +316,22 @@ fn height_above_the_border() {
 
 #[test]
 fn the_length_is_measured_above_the_fillet() {
-    let shape = pin_on_disc(1.0, 12.0, 1.5, 8, 32);
-    // the border is the middle of the fillet
+    above_the_fillet(&pin_on_disc(1.0, 12.0, 1.5, 8, 32), |above, shape| {
+        let pin = above(1, 2.0).unwrap();
+        assert!(pin.iter().all(|&f| height_of(shape, f as usize) > 1.5));
+        assert_eq!(pin.len(), (0..shape.1.len()).filter(|&f| height_of(shape, f) > 1.5).count());
+        // what is much wider than the pin is thick is no fillet at its foot, and the disc does not stand on the pin
+        assert!(above(1, 0.5).is_none());
+        assert!(above(0, 8.0).is_none());
+    });
+    // of a low one hardly more than the fillet would be left
+    above_the_fillet(&pin_on_disc(1.0, 1.9, 1.5, 8, 32), |above, _| assert!(above(1, 2.0).is_none()));
+}
+
+/// What a pin on a disc, and the disc, are without the fillet between them, in whose middle their border is.
+fn above_the_fillet(shape: &Faces, then: impl Fn(&dyn Fn(u32, f64) -> Option<Vec<u32>>, &Faces)) {
     let middle = 1.5 * (1.0 - (PI / 4.0).cos());
-    let top = |f: usize| height_of(&shape, f) > middle;
+    let top = |f: usize| height_of(shape, f) > middle;
     let label: Vec<u32> = (0..shape.1.len()).map(|f| u32::from(top(f))).collect();
     let topology = Topology::new(&shape.0, &shape.1).unwrap();
     let dual = Dual::new(&shape.0, &shape.1, &topology).unwrap();
@@ -271,12 +341,7 @@ fn the_length_is_measured_above_the_fillet() {
         let faces: Vec<u32> = (0..label.len() as u32).filter(|&f| label[f as usize] == own).collect();
         standing.above(&faces)
     };
-    let pin = above(1, 2.0).unwrap();
-    assert!(pin.iter().all(|&f| height_of(&shape, f as usize) > 1.5));
-    assert_eq!(pin.len(), (0..shape.1.len()).filter(|&f| height_of(&shape, f) > 1.5).count());
-    // what is much wider than the pin is thick is no fillet at its foot, and the disc does not stand on the pin
-    assert!(above(1, 0.5).is_none());
-    assert!(above(0, 8.0).is_none());
+    then(&above, shape);
 }
 
 #[test]
@@ -340,4 +405,142 @@ fn a_ring_of_very_many_faces_is_that_of_few() {
     assert!(many.d1_upper >= many.d1_max);
     // the box is that of all vertices
     near(many.bounds.size[0], 22.0, 1e-3);
+}
+
+/// A sheet of even thickness along a profile: its outer and inner points, extruded; the ends closed unless it closes.
+fn folded(outer: &[[f64; 2]], inner: &[[f64; 2]], closed: bool, depth: f64) -> Faces {
+    let n = outer.len() as u32;
+    let at = |p: &[f64; 2], y: f64| [p[0], y, p[1]];
+    let positions = [(outer, 0.0), (inner, 0.0), (outer, depth), (inner, depth)]
+        .iter()
+        .flat_map(|(points, y)| points.iter().map(|p| at(p, *y)))
+        .collect();
+    let mut quads: Vec<[u32; 4]> = Vec::new();
+    for i in 0..if closed { n } else { n - 1 } {
+        let j = (i + 1) % n;
+        quads.extend([[i, j, j + 2 * n, i + 2 * n], [j + n, i + n, i + 3 * n, j + 3 * n]]);
+        quads.extend([[j, i, i + n, j + n], [i + 2 * n, j + 2 * n, j + 3 * n, i + 3 * n]]);
+    }
+    if !closed {
+        let e = n - 1;
+        quads.extend([[0, 2 * n, 3 * n, n], [e, e + n, e + 3 * n, e + 2 * n]]);
+    }
+    (positions, quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+}
+
+/// A plate of square cells, those marked in the rows.
+fn cut_out(rows: &[&str], cell: f64, thickness: f64) -> Faces {
+    let mut shape: Faces = Default::default();
+    let full = |i: i32, j: i32| {
+        let row = usize::try_from(j).ok().and_then(|j| rows.get(j));
+        row.zip(usize::try_from(i).ok()).is_some_and(|(row, i)| row.as_bytes().get(i) == Some(&b'#'))
+    };
+    let mut quad = |corners: [(i32, i32, f64); 4]| {
+        let v = shape.0.len() as u32;
+        shape.0.extend(corners.map(|(i, j, z)| [cell * f64::from(i), cell * f64::from(j), z]));
+        shape.1.extend([[v, v + 1, v + 2], [v, v + 2, v + 3]]);
+    };
+    let t = thickness;
+    for (j, row) in (0..).zip(rows) {
+        for i in (0..row.len() as i32).filter(|&i| full(i, j)) {
+            quad([(i, j, t), (i + 1, j, t), (i + 1, j + 1, t), (i, j + 1, t)]);
+            quad([(i, j, 0.0), (i, j + 1, 0.0), (i + 1, j + 1, 0.0), (i + 1, j, 0.0)]);
+            for (a, b, di, dj) in
+                [((0, 0), (1, 0), 0, -1), ((1, 0), (1, 1), 1, 0), ((1, 1), (0, 1), 0, 1), ((0, 1), (0, 0), -1, 0)]
+            {
+                if !full(i + di, j + dj) {
+                    let ends = [(i + a.0, j + a.1), (i + b.0, j + b.1)];
+                    quad(
+                        [(ends[0].0, ends[0].1, 0.0), (ends[1].0, ends[1].1, 0.0)]
+                            .into_iter()
+                            .chain([(ends[1].0, ends[1].1, t), (ends[0].0, ends[0].1, t)])
+                            .collect::<Vec<_>>()
+                            .try_into()
+                            .unwrap(),
+                    );
+                }
+            }
+        }
+    }
+    shape
+}
+
+fn features_of(shape: &Faces) -> Vec<Feature> {
+    on_mesh(shape, 2, |mesh, job| Ok(find_features(mesh, &FeatureOptions::default(), job)?.features))
+}
+
+#[test]
+fn plates_in_an_angle_are_two_walls_a_box_and_a_bent_sheet_are_one() {
+    let angle = [[[24.0, 0.0], [0.0, 0.0], [0.0, 20.0]], [[24.0, 2.0], [2.0, 2.0], [2.0, 20.0]]];
+    let walls = features_of(&folded(&angle[0], &angle[1], false, 36.0));
+    assert_eq!(walls.len(), 2);
+    for (wall, length) in walls.iter().zip([24.0, 18.0]) {
+        assert_eq!(wall.kind, Kind::Wall);
+        near(wall.d2_max.width, 2.0, 0.01);
+        // from corner to corner, and around the rim
+        assert!((0.93..1.07).contains(&(wall.d1_max / 36.0f64.hypot(length + 1.0))), "{} {length}", wall.d1_max);
+    }
+    // four walls that close
+    let tube =
+        [[[0.0, 0.0], [22.0, 0.0], [22.0, 18.0], [0.0, 18.0]], [[2.0, 2.0], [20.0, 2.0], [20.0, 16.0], [2.0, 16.0]]];
+    assert_eq!(features_of(&folded(&tube[0], &tube[1], true, 36.0)).len(), 1);
+    // around radii of 4 and 2
+    let bend = |r: f64| {
+        (0..=6).map(move |k| 0.5 * PI * f64::from(k) / 6.0).map(move |a| [4.0 - r * a.sin(), 4.0 - r * a.cos()])
+    };
+    let outer: Vec<[f64; 2]> = [[24.0, 0.0]].into_iter().chain(bend(4.0)).chain([[0.0, 20.0]]).collect();
+    let inner: Vec<[f64; 2]> = [[24.0, 2.0]].into_iter().chain(bend(2.0)).chain([[2.0, 20.0]]).collect();
+    let bent = features_of(&folded(&outer, &inner, false, 36.0));
+    assert_eq!(bent.len(), 1);
+    near(bent[0].d2_max.width, 2.0, 0.03);
+}
+
+#[test]
+fn walls_are_joined_by_how_they_meet() {
+    // labels by face, eight to a piece of the profile and two to an end; walls as thick as told, both sides their own
+    let joined = |shape: &Faces, label: &dyn Fn(usize) -> u32, thickness: &[f64]| {
+        let topology = Topology::new(&shape.0, &shape.1).unwrap();
+        let dual = Dual::new(&shape.0, &shape.1, &topology).unwrap();
+        let label: Vec<u32> = (0..shape.1.len()).map(label).collect();
+        let of = |k: usize| label.iter().position(|&l| l as usize == k).unwrap() as u32;
+        let places: Vec<Place> = thickness.iter().enumerate().map(|(k, &t)| place(of(k), t, of(k), 1.0)).collect();
+        sheets::closed_or_bent(&dual, &label, &places).unwrap()
+    };
+    let bend =
+        |r: f64| (0..=6).map(move |k| PI * f64::from(k) / 12.0).map(move |a| [4.0 - r * a.sin(), 4.0 - r * a.cos()]);
+    let outer: Vec<[f64; 2]> = [[24.0, 0.0]].into_iter().chain(bend(4.0)).chain([[0.0, 20.0]]).collect();
+    let inner: Vec<[f64; 2]> = [[24.0, 2.0]].into_iter().chain(bend(2.0)).chain([[2.0, 20.0]]).collect();
+    let bent = folded(&outer, &inner, false, 36.0);
+    let half = |f: usize| u32::from((32..64).contains(&f) || f >= 66);
+    assert_eq!(joined(&bent, &half, &[2.0, 2.0]), [0, 0]);
+    assert_eq!(joined(&bent, &half, &[2.0, 3.0]), [0, 1]);
+    let tube =
+        [[[0.0, 0.0], [22.0, 0.0], [22.0, 18.0], [0.0, 18.0]], [[2.0, 2.0], [20.0, 2.0], [20.0, 16.0], [2.0, 16.0]]];
+    let shell = folded(&tube[0], &tube[1], true, 36.0);
+    assert_eq!(joined(&shell, &|f| f as u32 / 8, &[2.0; 4]), [0; 4]);
+    assert_eq!(joined(&shell, &|f| f as u32 / 8, &[2.0, 2.0, 2.0, 3.0]), [0, 1, 2, 3]);
+    // three sides of it close nothing
+    let channel = folded(&tube[0], &tube[1], false, 36.0);
+    assert_eq!(joined(&channel, &|f| [f as u32 / 8, 0, 0, 2, 2][f.max(23) - 23], &[2.0; 3]), [0, 1, 2]);
+}
+
+#[test]
+fn a_boss_lower_than_wide_is_as_thick_as_it_is_high() {
+    let profile = [[0.0, -8.0], [12.0, -8.0], [12.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
+    let found = features_of(&revolved(&profile, 32));
+    assert_eq!(found.len(), 2);
+    near(found[1].d2_max.width, 3.0, 1e-6);
+}
+
+#[test]
+fn the_outer_tines_of_a_fork_are_tines() {
+    let row = ["###############", "#####.........."];
+    let fork = cut_out(&[row[0], row[1], row[1], row[0], row[1], row[1], row[0]], 2.4, 2.6);
+    let found = features_of(&fork);
+    assert_eq!(found.len(), 4);
+    for tine in &found[1..] {
+        assert_eq!(tine.kind, Kind::Bar);
+        near(tine.d2_max.width, 2.4, 0.02);
+        near(tine.d1_max, 10.0 * 2.4 + 1.2, 0.06);
+    }
 }

@@ -153,6 +153,11 @@ impl RayMesh {
         if chords[0] >= ALL_WAYS || chords[1] >= ALL_WAYS {
             return !self.faces_at(q).into_iter().any(leads_nearer);
         }
+        // the faces on both sides of an edge are the likely ones
+        let across = |&&f: &&u32| self.triangles[f as usize].contains(&ends[1]);
+        if ends[0] != ends[1] && self.fans.around.of(ends[0]).iter().filter(across).any(|&f| leads_nearer(f)) {
+            return false;
+        }
         let count = if ends[0] == ends[1] { 1 } else { 2 };
         !ends[..count].iter().any(|&v| self.fans.around.of(v).iter().any(|&f| leads_nearer(f)))
     }

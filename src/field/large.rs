@@ -97,11 +97,14 @@ fn solve(
     job.begin(Stage::Geodesic, 0.42, 0.9, surface.positions.len() as u64)?;
     let accuracy = Accuracy::on(Method::ExactOnProxy, &proxy.positions, &proxy.triangles);
     let solved = (&proxy.positions[..], &proxy.triangles[..], accuracy);
-    // the farthest corner need not be one of the points, but is this near to one; no D1 is less than half the largest
+    // the farthest corner need not be one of the points, but is this near to one, and such a point is off its corner; no
+    // D1 is less than half the largest
     let beyond = COVERED * surface.spacing;
+    let ends = far.iter().filter(|f| **f).count().max(1);
+    let off = far.iter().zip(&stands.off).filter(|(far, _)| **far).map(|(_, off)| off).sum::<f64>() / ends as f64;
     let d1 = match options.d1 {
         Mode::Certified { tolerance } => {
-            Mode::Certified { tolerance: (tolerance - 2.0 * beyond / longest).max(LEAST * tolerance) }
+            Mode::Certified { tolerance: (tolerance - 2.0 * (beyond + off) / longest).max(LEAST * tolerance) }
         }
         Mode::AllSources => Mode::AllSources,
     };

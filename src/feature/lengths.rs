@@ -8,11 +8,11 @@ use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::Ways;
 use crate::geodesic::exact::{Distances, ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
 use crate::job::Job;
-use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, add, area_vector, at_weights, bounding_box, corners, distance, dot, scale};
 use crate::mesh::proxy::{Proxy, REFERENCE_LIMIT};
 use crate::mesh::simplify::{SimplifyOptions, nearest_in_triangle};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
+use crate::mesh::used::Used;
 use rayon::prelude::*;
 
 /// Points inside faces that ways may end at.
@@ -277,15 +277,10 @@ pub fn extract(positions: &[Vec3], triangles: &[[u32; 3]], faces: &[u32]) -> Res
     let mut own = try_vec(faces.len(), "a feature's surface")?;
     if faces.len() > positions.len() / 8 {
         // most of the mesh: by a list of all its vertices
-        let mut number = try_filled(positions.len(), NONE, "a feature's surface")?;
-        faces.iter().flat_map(|&f| triangles[f as usize]).for_each(|v| number[v as usize] = 0);
-        let used = number.iter().filter(|n| **n == 0).count();
-        let mut own_positions = try_vec(used, "a feature's surface")?;
-        for (n, p) in number.iter_mut().zip(positions).filter(|(n, _)| **n == 0) {
-            *n = own_positions.len() as u32;
-            own_positions.push(*p);
-        }
-        own.extend(faces.iter().map(|&f| triangles[f as usize].map(|v| number[v as usize])));
+        let used = Used::new(positions.len(), faces.iter().map(|&f| triangles[f as usize]), "a feature's surface")?;
+        let mut own_positions = try_vec(used.vertices.len(), "a feature's surface")?;
+        own_positions.extend(used.vertices.iter().map(|&v| positions[v as usize]));
+        own.extend(faces.iter().map(|&f| used.triangle(triangles[f as usize])));
         return Ok((own_positions, own));
     }
     let mut used: Vec<u32> = try_vec(3 * faces.len(), "a feature's surface")?;

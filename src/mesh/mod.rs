@@ -17,6 +17,7 @@ pub mod sets;
 pub mod simplify;
 pub mod surface;
 pub mod topology;
+pub mod used;
 
 #[cfg(test)]
 pub mod shapes;

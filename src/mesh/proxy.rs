@@ -8,6 +8,7 @@ use super::NONE;
 use super::around::VertexFaces;
 use super::measure::{Vec3, bounding_box, corners, distance};
 use super::simplify::{Simplified, SimplifyOptions, nearest_in_triangle, simplify};
+use super::used::Used;
 use crate::error::{Result, try_filled};
 use crate::job::Job;
 use rayon::prelude::*;
@@ -54,19 +55,12 @@ impl Proxy {
     /// Those of [`simplify`].
     pub fn new(positions: &[Vec3], triangles: &[[u32; 3]], options: &SimplifyOptions, job: &Job) -> Result<Proxy> {
         let Simplified { triangles, onto } = simplify(positions, triangles, options, job)?;
-        let mut number = try_filled(positions.len(), NONE, "proxy")?;
-        let mut original = Vec::new();
-        let mut used = try_filled(positions.len(), false, "proxy")?;
-        triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
-        for v in (0..positions.len() as u32).filter(|&v| used[v as usize]) {
-            number[v as usize] = original.len() as u32;
-            original.push(v);
-        }
+        let used = Used::new(positions.len(), triangles.iter().copied(), "proxy")?;
         Ok(Proxy {
-            positions: original.iter().map(|&v| positions[v as usize]).collect(),
-            triangles: triangles.iter().map(|t| t.map(|v| number[v as usize])).collect(),
-            onto: onto.iter().map(|&v| number[v as usize]).collect(),
-            original,
+            positions: used.vertices.iter().map(|&v| positions[v as usize]).collect(),
+            triangles: triangles.iter().map(|t| used.triangle(*t)).collect(),
+            onto: onto.iter().map(|&v| used.number[v as usize]).collect(),
+            original: used.vertices,
         })
     }
 

@@ -14,6 +14,7 @@ mod blocks;
 
 use super::NONE;
 use super::measure::{Vec3, area_vector, at_weights, bounding_box, corners, cross, distance, dot, norm, scale, sub};
+use super::used::Used;
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
@@ -120,29 +121,17 @@ pub fn simplify(
         return whole(positions, triangles, options);
     };
     // --- what the first stage has left as a mesh of its own
-    let (used, own) = first.compact(positions)?;
-    let mut points = try_vec(used.len(), "simplified mesh")?;
-    points.extend(used.iter().map(|&v| positions[v as usize]));
+    let used = Used::new(positions.len(), first.triangles.iter().copied(), "simplified mesh")?;
+    let mut points = try_vec(used.vertices.len(), "simplified mesh")?;
+    points.extend(used.vertices.iter().map(|&v| positions[v as usize]));
+    let mut own = try_vec(first.triangles.len(), "simplified mesh")?;
+    own.extend(first.triangles.iter().map(|t| used.triangle(*t)));
     let second = whole(&points, &own, &rest)?;
     drop((points, own));
-    first.then(&second, &used)
+    first.then(&second, &used.vertices)
 }
 
 impl Simplified {
-    /// The vertices that are left, and the triangles by their number among these.
-    fn compact(&self, positions: &[Vec3]) -> Result<(Vec<u32>, Vec<[u32; 3]>)> {
-        let mut number = try_filled(positions.len(), NONE, "simplified mesh")?;
-        self.triangles.iter().flatten().for_each(|&v| number[v as usize] = 0);
-        let mut used = try_vec(number.iter().filter(|n| **n != NONE).count(), "simplified mesh")?;
-        for (number, v) in number.iter_mut().zip(0..).filter(|(n, _)| **n != NONE) {
-            *number = used.len() as u32;
-            used.push(v);
-        }
-        let mut own = try_vec(self.triangles.len(), "simplified mesh")?;
-        own.extend(self.triangles.iter().map(|t| t.map(|v| number[v as usize])));
-        Ok((used, own))
-    }
-
     /// This, and then what was done with the `used` vertices.
     fn then(mut self, second: &Simplified, used: &[u32]) -> Result<Simplified> {
         let mut moved = try_vec(self.onto.len(), "simplified mesh")?;

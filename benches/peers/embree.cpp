@@ -28,7 +28,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 constexpr double PI = 3.14159265358979323846;
 constexpr double INF = std::numeric_limits<double>::infinity();
-constexpr double GUESS = 1.05;
+constexpr double GUESS = 1.15;
 constexpr std::size_t CHUNK = 256;
 
 Point sub(const Point &a, const Point &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }

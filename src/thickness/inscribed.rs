@@ -105,7 +105,8 @@ impl Work for Piece<'_> {
     }
 }
 
-const GUESS: f64 = 1.05;
+/// Guesses that are too small cost more than guesses that are too large.
+const GUESS: f64 = 1.15;
 
 /// A sphere that touches the surface at the origin of the rays and where the shortest of them ends.
 #[derive(Debug, Clone, Copy)]
@@ -151,8 +152,8 @@ impl<'a> Spheres<'a> {
         let (mut best, mut reach) = (None, limit);
         let directions = self.cone.directions();
         for (k, d) in std::iter::once(directions[first]).chain(directions.iter().copied()).enumerate() {
-            if k == 1 {
-                // --- the rest of the rays end in the sphere found by the first
+            if k == usize::from(limit == f64::INFINITY) {
+                // --- all rays end in the sphere of the limit; without one, the rest in the sphere found by the first
                 let [cos, sin] = self.edge;
                 self.front.gather(
                     lanes,
@@ -166,7 +167,7 @@ impl<'a> Spheres<'a> {
             // --- Eqs. 10-12: ray and triangle. A ray that ends outside the sphere found so far cannot make it smaller.
             let way = turned(d, [x, y], inward);
             let range = (SAME_SURFACE / d[2], reach * d[2]);
-            let roots = if k == 0 { self.mesh.tree.root() } else { self.front.roots() };
+            let roots = if k == 0 && limit == f64::INFINITY { self.mesh.tree.root() } else { self.front.roots() };
             if let Some(hit) = self.mesh.nearest_hit_from(roots, lanes, &mut self.stack, (origin, way), range, face) {
                 // --- Eq. 13
                 let diameter = hit.t / d[2];

@@ -167,26 +167,33 @@ impl ExactFields {
         job: &Job,
     ) -> Result<Option<(f64, [SurfacePoint; 2])>> {
         let queries = self.solver.prepare(samples)?;
-        let sweep = |&start: &u32| -> Result<(f64, [SurfacePoint; 2])> {
-            let mut from = self.points[start as usize];
-            let mut best = (0.0, [from; 2]);
-            for _ in 0..SWEEPS {
-                let found = self.solve(from, &queries, job)?;
-                let vertices = found.vertices.iter().enumerate().map(|(v, &d)| (d, SurfacePoint::Vertex(v as u32)));
-                let points = found.queries.iter().copied().zip(samples.iter().copied());
-                let none = (0.0, from);
-                let far = vertices.chain(points).filter(|(d, _)| d.is_finite());
-                let far = far.fold(none, |m, (d, p)| if d > m.0 { (d, p) } else { m });
-                if far.0 <= best.0 {
-                    break;
-                }
-                best = (far.0, [from, far.1]);
-                from = far.1;
-            }
-            Ok(best)
+        let sweep = |&from: &SurfacePoint| -> Result<(f64, [SurfacePoint; 2])> {
+            let found = self.solve(from, &queries, job)?;
+            let vertices = found.vertices.iter().enumerate().map(|(v, &d)| (d, SurfacePoint::Vertex(v as u32)));
+            let points = found.queries.iter().copied().zip(samples.iter().copied());
+            let far = vertices.chain(points).filter(|(d, _)| d.is_finite());
+            let far = far.fold((0.0, from), |m, (d, p)| if d > m.0 { (d, p) } else { m });
+            Ok((far.0, [from, far.1]))
         };
-        let found: Result<Vec<_>> = starts.par_iter().with_max_len(1).map(sweep).collect();
-        Ok(found?.into_iter().reduce(|m, x| if x.0 > m.0 { x } else { m }))
+        let mut swept: Vec<SurfacePoint> = Vec::new();
+        let mut next: Vec<(f64, SurfacePoint)> = starts.iter().map(|&s| (0.0, self.points[s as usize])).collect();
+        let mut best = None;
+        for _ in 0..SWEEPS {
+            // where others have been already, the way leads on as it did for them
+            next.retain(|(_, from)| {
+                let new = !swept.contains(from);
+                if new {
+                    swept.push(*from);
+                }
+                new
+            });
+            let found: Result<Vec<_>> = next.par_iter().with_max_len(1).map(|(_, from)| sweep(from)).collect();
+            let found = found?;
+            best = found.iter().copied().chain(best).reduce(|m, x| if x.0 > m.0 { x } else { m });
+            let farther = next.iter().zip(found).filter(|((so_far, _), (far, _))| far > so_far);
+            next = farther.map(|(_, (far, ends))| (far, ends[1])).collect();
+        }
+        Ok(best)
     }
 
     /// The farthest of some points of the solver's mesh from another: how far, and its number.

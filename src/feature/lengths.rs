@@ -119,8 +119,8 @@ impl Search<'_> {
         for round in 0.. {
             // --- the longest way that there may be, from every point that may have one too long
             let floor = self.best.0 * (1.0 + NARROW);
-            let ends = self.ways.columns(&all)?;
-            let bound = |&k: &u32| (self.ways.bound(k, floor, &all, &ends), k);
+            let ends = self.ways.ends(&all)?;
+            let bound = |&k: &u32| (self.ways.bound(k, floor, &ends), k);
             let mut most: Vec<((f64, u32), u32)> = open.par_iter().with_min_len(32).map(bound).collect();
             most.retain(|m| m.0.0 > floor);
             let widest = most.iter().fold(None, |w: Option<((f64, u32), u32)>, m| match w {

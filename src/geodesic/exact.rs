@@ -177,13 +177,14 @@ impl ExactGeodesics {
 
         // --- vertices, then whatever lies farther inside faces
         let mut complete = wave.run(&mut pending, 0.0, job)?;
-        let mut at_queries = self.evaluate(wave.state, &place, queries)?;
+        let mut at_queries = try_filled(queries.first.len() - 1, f64::INFINITY, "exact geodesics: query distances")?;
+        self.evaluate(wave.state, &place, queries, 0.0, &mut at_queries);
         if complete {
             let far = |d: &[f64]| d.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
             let (farthest, passed) = (far(&at_queries), far(&wave.state.dist));
             if Queue::key(farthest) > Queue::key(passed) {
                 complete = wave.run(&mut pending, farthest, job)?;
-                at_queries = self.evaluate(wave.state, &place, queries)?;
+                self.evaluate(wave.state, &place, queries, passed, &mut at_queries);
             }
         }
 
@@ -327,14 +328,15 @@ impl ExactGeodesics {
         Seen::Inside { face, point, corners, edges }
     }
 
-    /// Distances of the query points by what is known on the edges around them.
-    fn evaluate(&self, state: &Scratch, source: &Place, queries: &Queries) -> Result<Vec<f64>> {
-        let mut out = try_vec(queries.first.len() - 1, "exact geodesics: query distances")?;
-        for range in queries.first.windows(2) {
-            let all = &queries.seen[range[0] as usize..range[1] as usize];
-            out.push(all.iter().map(|seen| self.reached(state, source, seen)).fold(f64::INFINITY, f64::min));
+    /// Distances of the query points by what is known on the edges around them, where they are farther than `passed` so
+    /// far: the others are final.
+    fn evaluate(&self, state: &Scratch, source: &Place, queries: &Queries, passed: f64, out: &mut [f64]) {
+        for (range, out) in queries.first.windows(2).zip(out) {
+            if Queue::key(*out) > Queue::key(passed) {
+                let all = &queries.seen[range[0] as usize..range[1] as usize];
+                *out = all.iter().map(|seen| self.reached(state, source, seen)).fold(f64::INFINITY, f64::min);
+            }
         }
-        Ok(out)
     }
 
     /// Distance of a point: inside a face straight from the source or a corner, or through the windows of its edges.
@@ -352,6 +354,11 @@ impl ExactGeodesics {
         }
         for &(edge, x, y) in edges {
             for w in state.envelope.windows(edge) {
+                // not even straight from the source
+                let (room, across, along) = (best - w.sigma, w.py + y, x - w.px);
+                if room <= 0.0 || along * along + across * across >= room * room {
+                    continue;
+                }
                 let split = if w.py + y > 0.0 { w.px + (x - w.px) * w.py / (w.py + y) } else { x };
                 // straight, or bent at the window's end
                 let through = split.clamp(w.b0, w.b1);

@@ -135,14 +135,28 @@ impl RayMesh {
         if chords[0] < 0.0 || chords[1] < 0.0 {
             return false;
         }
-        self.is_nearest_around(c, q, ends, d, chords)
+        self.is_nearest_around(c, q, ends, (up, d), chords)
     }
 
-    fn is_nearest_around(&self, c: [f64; 3], q: [f64; 3], ends: [u32; 2], d: f64, chords: [f32; 2]) -> bool {
+    fn is_nearest_around(
+        &self,
+        c: [f64; 3],
+        q: [f64; 3],
+        ends: [u32; 2],
+        (up, d): ([f64; 3], f64),
+        chords: [f32; 2],
+    ) -> bool {
         let limit = d * (1.0 - 1e-9);
         let leads_nearer = |face: u32| {
             let n = self.normals[face as usize];
             let corners = self.corners(face);
+            // A face at the corner, or on the edge, leads nearer only if another of its corners is on the side of `c`.
+            let t = self.triangles[face as usize];
+            let meets = ends.iter().all(|end| t.contains(end));
+            let is_ahead = |k: usize| !ends.contains(&t[k]) && dot(sub(corners[k], q), up) > 0.0;
+            if meets && !(0..3).any(is_ahead) {
+                return false;
+            }
             if n == [0.0; 3] || dot(sub(q, corners[0]), n).abs() > SAME_SURFACE || is_beside(q, corners) {
                 return false;
             }

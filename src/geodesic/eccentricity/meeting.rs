@@ -44,10 +44,14 @@ pub struct Ways {
     blocks: Vec<Vec<[f32; LANES]>>,
 }
 
-/// The vertices that may be far ends, by component, and their distances by column.
-struct Ends {
-    vertices: Vec<Vec<u32>>,
-    columns: Vec<Vec<Vec<f32>>>,
+/// Points that ways may end at, neighbours together, with their distances from all sources.
+#[derive(Debug)]
+pub struct Ends {
+    vertices: Vec<u32>,
+    /// By source the scaled distance of every point.
+    columns: Vec<Vec<f32>>,
+    /// By [`CHUNK`] points the source that is nearest to them all, and how far the farthest of them is from it.
+    nearest: Vec<(u32, f32)>,
 }
 
 /// A vertex whose bounds are apart, and the far end that it would take.
@@ -83,66 +87,75 @@ impl Ways {
         Ok(())
     }
 
-    /// The column whose source is nearest to `v`.
-    fn nearest(&self, v: usize) -> usize {
-        let all = self.blocks.iter().flat_map(|b| b[v]).enumerate();
-        all.fold((0, f32::INFINITY), |m, (k, d)| if d < m.1 { (k, d) } else { m }).0
+    /// The column whose source is nearest to `v`, and how far it is.
+    fn nearest(&self, v: u32) -> (usize, f32) {
+        let all = self.blocks.iter().flat_map(|b| b[v as usize]).enumerate();
+        all.fold((0, f32::INFINITY), |m, x| if x.1 < m.1 { x } else { m })
     }
 
-    /// By source the scaled distances of some points.
+    /// Prepares `points` to be ends of ways, for as long as no field is added. O(points × sources).
     ///
     /// # Errors
     /// [`Error::NoMemory`].
-    pub fn columns(&self, points: &[u32]) -> Result<Vec<Vec<f32>>> {
-        let mut out = try_vec(self.columns, "bounds")?;
+    pub fn ends(&self, points: &[u32]) -> Result<Ends> {
+        // --- neighbours together: by their nearest source
+        let mut order = try_vec(points.len(), "bounds")?;
+        order.extend(points.iter().map(|&v| (self.nearest(v), v)));
+        order.sort_unstable_by(|a, b| a.0.0.cmp(&b.0.0).then(a.0.1.total_cmp(&b.0.1)).then(a.1.cmp(&b.1)));
+        let mut vertices = try_vec(points.len(), "bounds")?;
+        vertices.extend(order.iter().map(|o| o.1));
+        // --- distances, and what rules out many at once
+        let mut columns = try_vec(self.columns, "bounds")?;
+        let mut nearest = try_filled(points.len().div_ceil(CHUNK), (0, f32::INFINITY), "bounds")?;
         for c in 0..self.columns {
             let (block, lane) = (&self.blocks[c / LANES], c % LANES);
             let mut column = try_vec(points.len(), "bounds")?;
-            column.extend(points.iter().map(|&v| block[v as usize][lane]));
-            out.push(column);
+            column.extend(vertices.iter().map(|&v| block[v as usize][lane]));
+            for (nearest, chunk) in nearest.iter_mut().zip(column.chunks(CHUNK)) {
+                let farthest = chunk.iter().fold(0.0, |m: f32, d| if *d > m { *d } else { m });
+                if farthest < nearest.1 {
+                    *nearest = (c as u32, farthest);
+                }
+            }
+            columns.push(column);
         }
-        Ok(out)
+        Ok(Ends { vertices, columns, nearest })
     }
 
     /// No way from `v` to one of `ends` is longer than this, unless that is `floor`, and the end that it is for;
-    /// [`NONE`] if none is longer than `floor`. `columns` are those of `ends`.
-    pub fn bound(&self, v: u32, floor: f64, ends: &[u32], columns: &[Vec<f32>]) -> (f64, u32) {
-        let (most, end) = self.scaled_bound(v, (floor * self.scale) as f32, ends, columns);
+    /// [`NONE`] if none is longer than `floor`.
+    pub fn bound(&self, v: u32, floor: f64, ends: &Ends) -> (f64, u32) {
+        let (most, end) = self.scaled_bound(v, (floor * self.scale) as f32, ends);
         if end == NONE { (floor, NONE) } else { (f64::from(most) / self.scale * (1.0 + ROUNDING), end) }
     }
 
     /// The same, scaled.
-    fn scaled_bound(&self, v: u32, floor: f32, ends: &[u32], columns: &[Vec<f32>]) -> (f32, u32) {
-        let v = v as usize;
-        let first = self.nearest(v);
-        let Some(column) = columns.get(first) else { return (f32::INFINITY, NONE) };
-        let near = self.blocks[first / LANES][v][first % LANES];
-        if !near.is_finite() {
-            return (f32::INFINITY, v as u32);
+    fn scaled_bound(&self, v: u32, floor: f32, ends: &Ends) -> (f32, u32) {
+        if ends.columns.is_empty() {
+            return (f32::INFINITY, NONE);
         }
-        let (mut most, mut at, mut hint) = (floor, NONE, 0);
-        for (chunk, some) in column.chunks(CHUNK).enumerate() {
-            // few ends are so far from the source that it does not rule them out
-            if some.iter().fold(0.0, |m: f32, d| if *d > m { *d } else { m }) + near <= most {
+        let row: Vec<f32> = self.blocks.iter().flat_map(|b| b[v as usize]).collect();
+        let (first, near) = self.nearest(v);
+        if !near.is_finite() {
+            return (f32::INFINITY, v);
+        }
+        let (mut most, mut at, mut hint) = (floor, NONE, first);
+        for (chunk, (some, &(around, radius))) in ends.vertices.chunks(CHUNK).zip(&ends.nearest).enumerate() {
+            // few ends are so far away that the source in their midst does not rule them out
+            if row[around as usize] + radius <= most {
                 continue;
             }
-            for (k, &d) in some.iter().enumerate() {
-                // one out of reach is in another component
-                if d + near <= most || !d.is_finite() {
-                    continue;
+            let from = CHUNK * chunk;
+            let mut ways = Chunk::new(&ends.columns[first][from..], near);
+            // then, most likely, that which has ruled out the ones before
+            for c in [hint].into_iter().chain(0..ends.columns.len()) {
+                if ways.longest() <= most {
+                    break;
                 }
-                let end = ends[CHUNK * chunk + k];
-                let u = end as usize;
-                let mut way = meet(&self.blocks[hint][v], &self.blocks[hint][u]);
-                for (b, block) in self.blocks.iter().enumerate() {
-                    if way <= most {
-                        break;
-                    }
-                    let other = meet(&block[v], &block[u]);
-                    if other < way {
-                        (way, hint) = (other, b);
-                    }
-                }
+                ways.meet(&ends.columns[c][from..], row[c]);
+                hint = c;
+            }
+            for (&end, &way) in some.iter().zip(&ways.0) {
                 if way > most {
                     (most, at) = (way, end);
                 }
@@ -152,28 +165,40 @@ impl Ways {
     }
 }
 
-#[inline]
-fn meet(a: &[f32; LANES], b: &[f32; LANES]) -> f32 {
-    let mut sum = [0f32; LANES];
-    (0..LANES).for_each(|k| sum[k] = a[k] + b[k]);
-    let half: [f32; LANES / 2] = std::array::from_fn(|k| if sum[k] < sum[k + 4] { sum[k] } else { sum[k + 4] });
-    half.into_iter().fold(f32::INFINITY, |m, x| if x < m { x } else { m })
-}
+/// The shortest ways found to some ends.
+struct Chunk([f32; CHUNK]);
 
-impl Ends {
-    fn new(vertices: Vec<Vec<u32>>) -> Ends {
-        let columns = vec![Vec::new(); vertices.len()];
-        Ends { vertices, columns }
+impl Chunk {
+    /// The ways by the first source; none to ends out of its reach, which are in another component.
+    #[inline]
+    fn new(column: &[f32], near: f32) -> Chunk {
+        let mut ways = [f32::NEG_INFINITY; CHUNK];
+        let first = |d: f32| if d < f32::INFINITY { d + near } else { f32::NEG_INFINITY };
+        match column.first_chunk::<CHUNK>() {
+            Some(column) => (0..CHUNK).for_each(|k| ways[k] = first(column[k])),
+            None => ways.iter_mut().zip(column).for_each(|(way, &d)| *way = first(d)),
+        }
+        Chunk(ways)
     }
 
-    fn add(&mut self, field: &[f64], scale: f64) -> Result<()> {
-        for (vertices, columns) in self.vertices.iter().zip(&mut self.columns) {
-            let mut column = try_vec(vertices.len(), "bounds")?;
-            let at = |&v: &u32| field[v as usize] * scale;
-            column.extend(vertices.iter().map(at).map(|d| if d.is_nan() { f32::INFINITY } else { d as f32 }));
-            columns.push(column);
+    /// Another source, `near` away.
+    #[inline]
+    fn meet(&mut self, column: &[f32], near: f32) {
+        let shorter = |way: f32, d: f32| if d + near < way { d + near } else { way };
+        match column.first_chunk::<CHUNK>() {
+            Some(column) => (0..CHUNK).for_each(|k| self.0[k] = shorter(self.0[k], column[k])),
+            None => self.0.iter_mut().zip(column).for_each(|(way, &d)| *way = shorter(*way, d)),
         }
-        Ok(())
+    }
+
+    #[inline]
+    fn longest(&self) -> f32 {
+        let longer = |a: f32, b: f32| if a > b { a } else { b };
+        let mut most = [f32::NEG_INFINITY; 4];
+        for four in self.0.chunks_exact(4) {
+            (0..4).for_each(|k| most[k] = longer(four[k], most[k]));
+        }
+        longer(longer(most[0], most[1]), longer(most[2], most[3]))
     }
 }
 
@@ -184,7 +209,8 @@ struct Search<'a, S> {
     state: Eccentricity,
     done: Vec<bool>,
     table: Ways,
-    ends: Ends,
+    /// The vertices that may be far ends, by component.
+    ends: Vec<Vec<u32>>,
     /// Sources by component.
     solved: Vec<usize>,
     /// Largest share of its gap that a value rose by when it was looked into.
@@ -194,7 +220,6 @@ struct Search<'a, S> {
 impl<S: DistanceFields> Search<'_, S> {
     fn take(&mut self, sources: &[u32], field: &[f64]) -> Result<()> {
         self.table.add(field)?;
-        self.ends.add(field, self.table.scale)?;
         self.state.update(self.solver, self.targets, sources, field);
         for &s in sources {
             self.done[s as usize] = true;
@@ -204,12 +229,11 @@ impl<S: DistanceFields> Search<'_, S> {
     }
 
     /// Lowers the upper bounds of `vertices` of a component by ways that meet; those that are still open at a gap of `aim`.
-    fn look(&mut self, component: usize, vertices: &[u32], aim: f64) -> Vec<Open> {
+    fn look(&mut self, ends: &Ends, vertices: &[u32], aim: f64) -> Vec<Open> {
         let (table, state) = (&self.table, &self.state);
-        let (ends, columns) = (&self.ends.vertices[component], &self.ends.columns[component]);
         let one = |&vertex: &u32| {
             let lower = state.lower[vertex as usize];
-            let (upper, end) = table.bound(vertex, lower * (1.0 + aim), ends, columns);
+            let (upper, end) = table.bound(vertex, lower * (1.0 + aim), ends);
             let upper = (upper * (1.0 + ROUNDING)).min(state.upper[vertex as usize]);
             Open { vertex, lower, upper, end }
         };
@@ -221,13 +245,13 @@ impl<S: DistanceFields> Search<'_, S> {
 
     /// The next sources of a component: the far ends of the vertices with the widest bounds, each the worst once the ones
     /// before it are foreseen to be known. With the vertices that they are picked for.
-    fn picks(&mut self, component: usize, members: &[u32], aim: f64, positions: &[Vec3]) -> Vec<(u32, Open)> {
+    fn picks(&mut self, component: usize, members: &[u32], aim: f64, positions: &[Vec3]) -> Result<Vec<(u32, Open)>> {
         let solved = self.solved[component];
         let first = members[0];
         let none = Open { vertex: first, lower: 0.0, upper: 0.0, end: NONE };
         match self.state.farthest[first as usize] {
-            _ if solved == 0 => return vec![(first, none)],
-            end if solved == 1 && end != NONE && !self.done[end as usize] => return vec![(end, none)],
+            _ if solved == 0 => return Ok(vec![(first, none)]),
+            end if solved == 1 && end != NONE && !self.done[end as usize] => return Ok(vec![(end, none)]),
             _ => {}
         }
         let wide = |v: &u32| {
@@ -237,9 +261,10 @@ impl<S: DistanceFields> Search<'_, S> {
         let all: Vec<u32> = members.iter().copied().filter(|v| wide(v)).collect();
         let stride = all.len() / LOOKED_AT + 1;
         let some: Vec<u32> = all.iter().copied().step_by(stride).collect();
-        let mut open = self.look(component, &some, aim);
+        let ends = self.table.ends(&self.ends[component])?;
+        let mut open = self.look(&ends, &some, aim);
         if open.is_empty() && stride > 1 {
-            open = self.look(component, &all, aim);
+            open = self.look(&ends, &all, aim);
         }
         let mut out = Vec::new();
         for _ in 0..solved.clamp(S::ROUND.0, S::ROUND.1) {
@@ -258,13 +283,13 @@ impl<S: DistanceFields> Search<'_, S> {
                 o.upper = o.upper.min(beside).min(here);
             }
         }
-        out
+        Ok(out)
     }
 
     /// Solves for the fields of all corners.
     fn all_corners(&mut self, job: &Job) -> Result<()> {
         let left = |ends: &Vec<u32>| ends.iter().copied().filter(|&v| !self.done[v as usize]).collect();
-        let left: Vec<Vec<u32>> = self.ends.vertices.iter().map(left).collect();
+        let left: Vec<Vec<u32>> = self.ends.iter().map(left).collect();
         for block in columns(&left).chunks(BLOCK) {
             let fields = self.solver.for_each_column(&slices(block), job, |_, field| field.to_vec())?;
             block.iter().zip(&fields).try_for_each(|(sources, field)| self.take(sources, field))?;
@@ -320,7 +345,7 @@ pub fn meeting<S: DistanceFields>(
         state: Eccentricity::unknown(solver)?,
         done: try_filled(n, false, "sources")?,
         table: Ways::default(),
-        ends: Ends::new(far),
+        ends: far,
         solved: vec![0; solver.component_count()],
         risen: 0.0,
     };
@@ -329,7 +354,7 @@ pub fn meeting<S: DistanceFields>(
         (state.distance[v], state.lower[v], state.upper[v]) = (0.0, 0.0, f64::INFINITY);
     }
     known.iter().try_for_each(|(sources, field)| search.take(sources, field))?;
-    if solver.has_spare_for(search.ends.vertices.iter().map(Vec::len).max().unwrap_or(0)) {
+    if solver.has_spare_for(search.ends.iter().map(Vec::len).max().unwrap_or(0)) {
         search.all_corners(job)?;
     }
     let (long, short) = solver.error();
@@ -339,7 +364,7 @@ pub fn meeting<S: DistanceFields>(
         let mut picks: Vec<Vec<(u32, Open)>> = try_vec(asked.len(), "sources")?;
         for (component, members) in asked.iter().enumerate() {
             let of_component =
-                if members.is_empty() { Vec::new() } else { search.picks(component, members, aim, positions) };
+                if members.is_empty() { Vec::new() } else { search.picks(component, members, aim, positions)? };
             picks.push(of_component);
         }
         let sources: Vec<Vec<u32>> = picks.iter().map(|picks| picks.iter().map(|p| p.0).collect()).collect();
@@ -404,15 +429,15 @@ mod tests {
             ways.add(&(0..80).map(|v| d(s, v)).collect::<Vec<_>>()).unwrap();
         }
         let ends: Vec<u32> = (0..80).rev().collect();
-        let columns = ways.columns(&ends).unwrap();
+        let table = ways.ends(&ends).unwrap();
         let meet = |v: usize, u: usize| sources.iter().map(|&s| d(s, v) + d(s, u)).fold(f64::INFINITY, f64::min);
         for v in 0..80 {
             let reached = (0..80).filter(|&u| !apart(v, u));
             let longest = reached.map(|u| meet(v, u)).fold(0.0, f64::max);
-            let (bound, end) = ways.bound(v as u32, 0.0, &ends, &columns);
+            let (bound, end) = ways.bound(v as u32, 0.0, &table);
             assert!((bound / longest - 1.0).abs() < 1e-5, "{v}: {bound} is not {longest}");
             assert!((meet(v, end as usize) / longest - 1.0).abs() < 1e-5);
-            assert_eq!(ways.bound(v as u32, 1.01 * longest, &ends, &columns), (1.01 * longest, NONE));
+            assert_eq!(ways.bound(v as u32, 1.01 * longest, &table), (1.01 * longest, NONE));
         }
     }
 }

@@ -9,6 +9,9 @@ use std::f64::consts::PI;
 
 /// Half-width added to the range of directions in which a path may leave a vertex, radians.
 const SLACK: f64 = 1e-5;
+/// The same for a vertex that windows were given up for: those went past it from about where its shortest path comes from.
+/// With a right angle, distances are the same as with all directions.
+const WIDE: f64 = 0.5 * PI;
 /// A path that bends no farther than this from where the straight one crosses an edge has the straight one's direction.
 const STRAIGHT: f64 = 1e-9;
 /// A source closer than this to an edge touches it.
@@ -188,9 +191,13 @@ impl Wave<'_> {
         let distance = self.state.dist[v as usize];
         let corners = mesh.around_first[v as usize] as usize..mesh.around_first[v as usize + 1] as usize;
         let arrival = self.state.arrival[v as usize];
-        let all = matches!(arrival, Arrival::Any) || self.state.bends[v as usize];
         let fan = mesh.fans[v as usize];
-        let from = if all || matches!(fan, Fan::Complex | Fan::Convex) { 0.0 } else { self.arrival_angle(v, arrival) };
+        let all = matches!(arrival, Arrival::Any) || fan == Fan::Complex;
+        // a window that was given up went past the vertex, on its way ahead
+        let bends = self.state.bends[v as usize];
+        let aside = if bends { WIDE } else { SLACK };
+        let bends = bends || fan.is_saddle();
+        let from = if all || !bends { 0.0 } else { self.arrival_angle(v, arrival) };
         for &c in &mesh.around[corners] {
             let crossing = &mesh.crossings[c as usize];
             let corner = &mesh.corners[c as usize];
@@ -204,17 +211,17 @@ impl Wave<'_> {
             let mut emit = |from: f64, to: f64| self.emit(c, from.max(lo) - lo, to.min(hi) - lo, distance);
             match fan {
                 _ if all => emit(lo, hi),
-                Fan::Complex => emit(lo, hi),
-                Fan::Convex => {}
-                Fan::Open(total) => {
-                    emit(from + PI - SLACK, total);
-                    emit(0.0, from - PI + SLACK);
+                Fan::Open(total) if bends => {
+                    emit(from + PI - aside, total);
+                    emit(0.0, from - PI + aside);
                 }
-                Fan::Closed(total) => {
-                    let (first, last) = (from + PI - SLACK, from + total - PI + SLACK);
+                Fan::Closed(total) if bends => {
+                    let half = (0.5 * total - PI).max(0.0) + aside;
+                    let (first, last) = (from + 0.5 * total - half, from + 0.5 * total + half);
                     emit(first, last);
                     emit(first - total, last - total);
                 }
+                _ => {}
             }
         }
     }

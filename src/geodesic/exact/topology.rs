@@ -49,14 +49,23 @@ pub(super) struct Corner {
 /// How the faces around a vertex are arranged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Fan {
-    /// Paths never bend here (convex, flat, or a boundary corner under 180 degrees).
-    Convex,
-    /// A closed fan with more than 360 degrees.
+    /// A closed fan of so many radians.
     Closed(f64),
-    /// An open fan with more than 180 degrees.
+    /// An open fan of so many radians.
     Open(f64),
     /// Several fans, or non-manifold edges: no restriction on where a path leaves.
     Complex,
+}
+
+impl Fan {
+    /// True if a shortest path may bend at the vertex.
+    pub fn is_saddle(self) -> bool {
+        match self {
+            Fan::Closed(total) => total > 2.0 * PI + SADDLE,
+            Fan::Open(total) => total > PI + SADDLE,
+            Fan::Complex => true,
+        }
+    }
 }
 
 /// The prepared mesh.
@@ -165,7 +174,7 @@ impl Topology {
             of_face: try_filled(faces.len(), [NONE; 3], "exact geodesics: faces")?,
             around_first: Vec::new(),
             around: Vec::new(),
-            fans: try_filled(positions.len(), Fan::Convex, "exact geodesics: fans")?,
+            fans: try_filled(positions.len(), Fan::Open(0.0), "exact geodesics: fans")?,
             component: Vec::new(),
             component_size: Vec::new(),
             faces,
@@ -317,11 +326,7 @@ impl Topology {
             return Fan::Complex;
         }
         self.around[range].copy_from_slice(&order);
-        match open {
-            0 if total > 2.0 * PI + SADDLE => Fan::Closed(total),
-            2 if total > PI + SADDLE => Fan::Open(total),
-            _ => Fan::Convex,
-        }
+        if open == 0 { Fan::Closed(total) } else { Fan::Open(total) }
     }
 
     fn label_components(&mut self) -> Result<()> {

@@ -13,6 +13,7 @@ use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, add, distance, dot, norm, scale};
+use crate::mesh::sets::Sets;
 use crate::mesh::surface::AnalysisSurface;
 use crate::thickness::bvh::RayMesh;
 use crate::thickness::chords::{first_met, widths_at};
@@ -46,9 +47,9 @@ fn pull(length: f64, concave: f64) -> f64 {
 }
 
 /// Greedy contraction is led astray by what it joins first. It is therefore begun several times, and the partition that
-/// cuts best is kept: at once; and from the smooth pieces that are left when convex edges, too, repel by this share of
+/// cuts best is kept: at once; and from the smooth pieces that are left when convex edges, too, repel by these shares of
 /// their turn.
-const STARTS: [Option<f64>; 3] = [None, Some(0.5), Some(0.25)];
+const STARTS: [f64; 2] = [0.5, 0.25];
 
 /// Two patches, and how much they attract each other.
 type Tie = ([u32; 2], f64);
@@ -61,22 +62,39 @@ pub fn by_creases(
     count: Option<usize>,
     job: &Job,
 ) -> Result<Vec<u32>> {
+    let n = patches.seed.len();
     let over: Vec<Tie> = patches.borders.iter().map(|b| (b.patches, pull(b.length, b.concave))).collect();
-    let across = across(scene, surface, patches, job)?;
+    // --- smooth pieces, and what lies across walls
+    let pieces = |share: f64| {
+        let smooth = |b: &Border| (b.patches, pull(b.length, b.concave + share * b.convex));
+        let smooth: Vec<Tie> = patches.borders.iter().map(smooth).collect();
+        contract(n, &smooth, None)
+    };
+    let shares = [STARTS[0], STARTS[1], 1.0];
+    let (across, pieces) = rayon::join(
+        || across(scene, surface, patches, job),
+        || shares.par_iter().map(|&share| pieces(share)).collect::<Result<Vec<_>>>(),
+    );
+    let (across, mut pieces) = (across?, pieces?);
+    let sharp = pieces.pop().unwrap_or_default();
     let mut pulls: Vec<Tie> = try_vec(over.len() + across.len(), "borders of patches")?;
     pulls.extend(over.iter().chain(&across));
-    let begin = |convex: &Option<f64>| {
+    // --- the best start
+    let begin = |k: usize| {
         job.check()?;
-        let region = begun(patches, &pulls, *convex, count)?;
+        let region = match k.checked_sub(1) {
+            Some(k) => begun(&pieces[k], &pulls, count)?,
+            None => contract(n, &pulls, count)?,
+        };
         Ok((pulls.iter().filter(|p| parted(&region, p.0)).map(|p| p.1).sum::<f64>(), region))
     };
-    let starts: Vec<(f64, Vec<u32>)> = STARTS.par_iter().map(begin).collect::<Result<_>>()?;
+    let starts: Vec<(f64, Vec<u32>)> = (0..=pieces.len()).into_par_iter().map(begin).collect::<Result<_>>()?;
     // where a number is asked for, only partitions into as many are compared
     let misfit = |region: &[u32]| count.map_or(0, |k| distinct(region).abs_diff(k));
     let best = starts.into_iter().min_by(|a, b| misfit(&a.1).cmp(&misfit(&b.1)).then(a.0.total_cmp(&b.0)));
     let mut region = best.map_or(Vec::new(), |b| b.1);
     if count.is_none() {
-        bettered(patches, &pulls, &across, &mut region, job)?;
+        bettered(&sharp, &pulls, &across, &mut region, job)?;
         region = reunited(&region, &over, &across)?;
     }
     Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
@@ -86,17 +104,13 @@ fn parted(region: &[u32], [p, q]: [u32; 2]) -> bool {
     region[p as usize] != region[q as usize]
 }
 
-/// One start of the contraction.
-fn begun(patches: &Patches, pulls: &[Tie], convex: Option<f64>, count: Option<usize>) -> Result<Vec<u32>> {
-    let n = patches.seed.len();
-    let Some(share) = convex else { return contract(n, pulls, count) };
-    let smooth = |b: &Border| (b.patches, pull(b.length, b.concave + share * b.convex));
-    let smooth: Vec<Tie> = patches.borders.iter().map(smooth).collect();
-    let piece = contract(n, &smooth, None)?;
-    let between = pulls.iter().filter(|p| parted(&piece, p.0)).map(|&(p, w)| (p.map(|v| piece[v as usize]), w));
+/// The contraction, started from pieces.
+fn begun(piece: &[u32], pulls: &[Tie], count: Option<usize>) -> Result<Vec<u32>> {
+    let n = piece.len();
+    let between = pulls.iter().filter(|p| parted(piece, p.0)).map(|&(p, w)| (p.map(|v| piece[v as usize]), w));
     let between: Vec<Tie> = between.collect();
     // patches that stand for no piece are nodes of the graph, too, without any border
-    let region = contract(n, &between, count.map(|k| k + n - distinct(&piece)))?;
+    let region = contract(n, &between, count.map(|k| k + n - distinct(piece)))?;
     Ok(piece.iter().map(|&p| region[p as usize]).collect())
 }
 
@@ -115,11 +129,10 @@ const LARGE: u32 = 4;
 /// Two plates in an angle hang together by their rims before the crease between them counts. Therefore a cut is bettered
 /// first with the sides of plates as they are: smooth pieces, parted by convex edges as much as by concave ones, with one
 /// other across most of them.
-fn bettered(patches: &Patches, pulls: &[Tie], across: &[Tie], region: &mut [u32], job: &Job) -> Result<()> {
+///
+/// `piece` are these smooth pieces by patch.
+fn bettered(piece: &[u32], pulls: &[Tie], across: &[Tie], region: &mut [u32], job: &Job) -> Result<()> {
     let n = region.len();
-    let sharp = |b: &Border| (b.patches, pull(b.length, b.concave + b.convex));
-    let sharp: Vec<Tie> = patches.borders.iter().map(sharp).collect();
-    let piece = contract(n, &sharp, None)?;
     // --- by piece: its patches, and those that have another one across
     let mut count = try_filled(n, 0u32, "sides of plates")?;
     piece.iter().for_each(|&p| count[p as usize] += 1);
@@ -168,8 +181,8 @@ const HOLD: f64 = 2.0;
 /// plate attracts nothing and stays a part.
 fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
     let n = region.len();
-    let within: Vec<Tie> = over.iter().filter(|t| !parted(region, t.0)).map(|t| (t.0, 1.0)).collect();
-    let piece = contract(n, &within, None)?;
+    let within = over.iter().filter(|t| !parted(region, t.0)).map(|t| t.0);
+    let piece = together(n, within)?;
     // --- by two pieces: how much they attract each other over their border; which are one across
     let mut border: BTreeMap<[u32; 2], f64> = BTreeMap::new();
     for &(patches, w) in over.iter().filter(|t| parted(region, t.0)) {
@@ -185,18 +198,25 @@ fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
         }
     }
     // --- two pieces p and q, one across, and a piece r that both border on
-    let mut joins: Vec<Tie> = Vec::new();
+    let mut joins: Vec<[u32; 2]> = Vec::new();
     for (&[p, q], &hold) in &held {
         for (&[_, r], &a) in border.range([p, 0]..=[p, u32::MAX]) {
             let Some(&b) = border.get(&[q, r]) else { continue };
             let attract = a.max(0.0) + b.max(0.0);
             if attract + a.min(0.0) + b.min(0.0) + hold.min(HOLD * attract) > 0.0 {
-                joins.extend([([p, r], 1.0), ([q, r], 1.0)]);
+                joins.extend([[p, r], [q, r]]);
             }
         }
     }
-    let joined = contract(n, &joins, None)?;
+    let joined = together(n, joins.into_iter())?;
     Ok(piece.iter().map(|&p| joined[p as usize]).collect())
+}
+
+/// What pairs of `n` nodes join, named by one of its nodes.
+fn together(n: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Result<Vec<u32>> {
+    let mut sets = Sets::new(n)?;
+    pairs.for_each(|[a, b]| sets.join(a, b));
+    Ok((0..n as u32).map(|v| sets.root(v)).collect())
 }
 
 /// Pairs of patches on opposite sides of one wall, which attract each other as a flat border as long as the patch is wide would:

@@ -5,10 +5,12 @@
 //! crease between them counts. Here a region is split, and the border between two regions moved, by a row of moves of
 //! single nodes, each the best that is left though it may be a loss; of the row so much is kept as gains most.
 
-use crate::error::{Result, try_filled, try_vec};
+use super::affinity::Graph;
+use super::cut::Worth;
+use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
-use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap};
+use rayon::prelude::*;
+use std::collections::BinaryHeap;
 
 /// Rounds over all regions; two or three are usual.
 const ROUNDS: usize = 6;
@@ -18,55 +20,54 @@ const PART: usize = 600;
 const ROW: (usize, usize) = (3, 32);
 /// A gain that is smaller than this share of all attraction is none.
 const SLIGHT: f64 = 1e-9;
+/// Rows are tried so many at a time, side by side: most gain nothing.
+const AHEAD: usize = 32;
 
-/// A graph whose edges attract or repel, by node.
-struct Graph {
-    first: Vec<u32>,
-    around: Vec<(u32, f64)>,
+/// The graph of pairs that attract or repel each other, each pair once, by rising node.
+fn graph(n: usize, pulls: &[([u32; 2], f64)]) -> Result<Graph> {
+    let mut all: Vec<([u32; 2], f64)> = try_vec(pulls.len(), "borders of patches")?;
+    all.extend(pulls.iter().map(|&([a, b], w)| ([a.min(b), a.max(b)], w)));
+    // equal pairs stay as they were given: sums come out the same
+    all.sort_by_key(|t| t.0);
+    all.dedup_by(|next, first| {
+        let same = next.0 == first.0;
+        first.1 += if same { next.1 } else { 0.0 };
+        same
+    });
+    Graph::new(n, &all)
 }
 
-impl Graph {
-    fn new(n: usize, pulls: &[([u32; 2], f64)]) -> Result<Graph> {
-        let mut all: Vec<(u32, u32, f64)> = try_vec(2 * pulls.len(), "borders of patches")?;
-        all.extend(pulls.iter().flat_map(|&([a, b], w)| [(a, b, w), (b, a, w)]));
-        // equal pairs stay as they were given: sums come out the same
-        all.sort_by_key(|e| (e.0, e.1));
-        let mut first = try_filled(n + 1, 0u32, "borders of patches")?;
-        let mut around: Vec<(u32, f64)> = try_vec(all.len(), "borders of patches")?;
-        for same in all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            around.push((same[0].1, same.iter().map(|e| e.2).sum()));
-            first[same[0].0 as usize + 1] += 1;
-        }
-        for v in 0..n {
-            first[v + 1] += first[v];
-        }
-        Ok(Graph { first, around })
-    }
-
-    fn around(&self, v: u32) -> &[(u32, f64)] {
-        &self.around[self.first[v as usize] as usize..self.first[v as usize + 1] as usize]
-    }
-}
-
-/// A node and what moving it to the other side gains.
-#[derive(PartialEq)]
-struct Move {
+/// What a row knows of a node.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// The row that this is of.
+    row: u32,
+    moved: bool,
     gain: f64,
-    node: u32,
 }
 
-impl Eq for Move {}
+/// Room for a row of moves.
+struct Scratch {
+    seen: Vec<Seen>,
+    row: u32,
+    heap: BinaryHeap<Worth<u32>>,
+    moves: Vec<u32>,
+}
 
-impl Ord for Move {
-    fn cmp(&self, other: &Move) -> Ordering {
-        self.gain.total_cmp(&other.gain).then(other.node.cmp(&self.node))
+impl Scratch {
+    fn new(n: usize) -> Result<Scratch> {
+        let seen = try_filled(n, Seen { row: 0, moved: false, gain: 0.0 }, "regions")?;
+        Ok(Scratch { seen, row: 0, heap: BinaryHeap::new(), moves: Vec::new() })
     }
 }
 
-impl PartialOrd for Move {
-    fn partial_cmp(&self, other: &Move) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
+/// A row of moves to be tried.
+#[derive(Clone, Copy)]
+enum Try<'a> {
+    /// What grows from these nodes of a region is parted from it.
+    Part(&'a [u32]),
+    /// The border between two regions is moved, or they are joined.
+    Between([u32; 2]),
 }
 
 struct Cut<'a> {
@@ -75,8 +76,11 @@ struct Cut<'a> {
     members: Vec<Vec<u32>>,
     /// Whether a region has changed since it was last looked at.
     open: Vec<bool>,
-    gain: Vec<f64>,
-    moved: Vec<bool>,
+    /// Number of changes so far, and at the last one of every region.
+    changes: u32,
+    changed: Vec<u32>,
+    /// No region below this is empty.
+    full: usize,
     slight: f64,
 }
 
@@ -85,35 +89,31 @@ struct Cut<'a> {
 /// those in the region of the first count.
 ///
 /// # Errors
-/// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
+/// [`Error::NoMemory`], [`Error::Cancelled`].
 pub fn refine(n: usize, pulls: &[([u32; 2], f64)], seeds: &[Vec<u32>], region: &mut [u32], job: &Job) -> Result<()> {
     let mut members: Vec<Vec<u32>> = try_filled(n, Vec::new(), "regions")?;
-    region.iter().enumerate().for_each(|(v, &r)| members[r as usize].push(v as u32));
+    for (v, &r) in region.iter().enumerate() {
+        let of = &mut members[r as usize];
+        of.try_reserve(1).map_err(|_| Error::NoMemory("out of memory: regions".to_owned()))?;
+        of.push(v as u32);
+    }
     let attraction: f64 = pulls.iter().map(|p| p.1.abs()).sum();
     let mut cut = Cut {
-        graph: Graph::new(n, pulls)?,
+        graph: graph(n, pulls)?,
         region,
         members,
         open: try_filled(n, true, "regions")?,
-        gain: try_filled(n, 0.0, "regions")?,
-        moved: try_filled(n, false, "regions")?,
+        changes: 0,
+        changed: try_filled(n, 0, "regions")?,
+        full: 0,
         slight: SLIGHT * attraction,
     };
+    let parts: Vec<Try<'_>> = seeds.iter().map(|s| Try::Part(s)).collect();
     for _ in 0..ROUNDS {
-        job.check()?;
         let open = std::mem::replace(&mut cut.open, try_filled(n, false, "regions")?);
-        let mut split = false;
-        for seed in seeds {
-            let Some(&first) = seed.first() else { continue };
-            let own = cut.region[first as usize] as usize;
-            split |= (open[own] || cut.open[own]) && cut.split(own as u32, seed);
-        }
-        let mut moved = false;
-        for [a, b] in cut.pairs() {
-            if open[a as usize] || open[b as usize] || cut.open[a as usize] || cut.open[b as usize] {
-                moved |= cut.better(a, b);
-            }
-        }
+        let split = cut.all(&parts, &open, job)?;
+        let pairs: Vec<Try<'_>> = cut.pairs()?.into_iter().map(Try::Between).collect();
+        let moved = cut.all(&pairs, &open, job)?;
         if !split && !moved {
             break;
         }
@@ -122,118 +122,218 @@ pub fn refine(n: usize, pulls: &[([u32; 2], f64)], seeds: &[Vec<u32>], region: &
 }
 
 impl Cut<'_> {
-    /// Regions that have a common border.
-    fn pairs(&self) -> Vec<[u32; 2]> {
-        let mut pairs: BTreeMap<[u32; 2], ()> = BTreeMap::new();
-        for v in 0..self.region.len() as u32 {
-            for &(u, _) in self.graph.around(v) {
-                let (a, b) = (self.region[v as usize], self.region[u as usize]);
-                if a < b {
-                    pairs.insert([a, b], ());
+    /// Tries one after the other where a region is `open` or has changed in this round; true if any gained. A row that
+    /// gains nothing as long as its regions are what they were need not be tried in its turn, so that many are tried at once.
+    fn all(&mut self, tries: &[Try<'_>], open: &[bool], job: &Job) -> Result<bool> {
+        let n = self.region.len();
+        let mut gained = false;
+        let mut own: Option<Scratch> = None;
+        for some in tries.chunks(AHEAD) {
+            job.check()?;
+            let due = |cut: &Cut<'_>, t: Try<'_>| {
+                cut.regions(t).is_some_and(|of| of.iter().any(|&r| open[r as usize] || cut.open[r as usize]))
+            };
+            let before = self.changes;
+            let this = &*self;
+            let vain = |room: &mut Option<Scratch>, &t: &Try<'_>| -> Result<bool> {
+                if !due(this, t) {
+                    return Ok(false);
+                }
+                let scratch = match room {
+                    Some(scratch) => scratch,
+                    None => room.insert(Scratch::new(n)?),
+                };
+                Ok(!this.attempt(t, scratch))
+            };
+            let vain: Vec<bool> =
+                some.par_iter().with_min_len(AHEAD / 4).map_init(|| None, vain).collect::<Result<_>>()?;
+            for (&t, vain) in some.iter().zip(vain) {
+                let Some(of) = self.regions(t) else { continue };
+                let as_before = of.iter().all(|&r| self.changed[r as usize] <= before);
+                if !due(self, t) || (vain && as_before) {
+                    continue;
+                }
+                let scratch = match &mut own {
+                    Some(scratch) => scratch,
+                    None => own.insert(Scratch::new(n)?),
+                };
+                if self.attempt(t, scratch) {
+                    self.apply(t, &scratch.moves)?;
+                    gained = true;
                 }
             }
         }
-        pairs.into_keys().collect()
+        Ok(gained)
     }
 
-    /// Parts what grows from a set of nodes from the rest of their region, if that gains.
-    fn split(&mut self, own: u32, seed: &[u32]) -> bool {
-        let seed: Vec<u32> = seed.iter().copied().filter(|&v| self.region[v as usize] == own).collect();
-        let n = self.members[own as usize].len();
-        let Some(new) = self.members.iter().position(Vec::is_empty).filter(|_| n > seed.len()) else { return false };
-        self.row([own, new as u32], &seed, (seed.len() + PART).min(n - 1))
-    }
-
-    /// Joins two regions, or moves the border between them.
-    fn better(&mut self, a: u32, b: u32) -> bool {
-        let [n, m] = [a, b].map(|r| self.members[r as usize].len());
-        if n == 0 || m == 0 {
-            return false;
+    /// The regions that a row is about.
+    fn regions(&self, t: Try<'_>) -> Option<[u32; 2]> {
+        match t {
+            Try::Part(seed) => seed.first().map(|&v| [self.region[v as usize]; 2]),
+            Try::Between(pair) => Some(pair),
         }
-        let (small, large) = if n <= m { (a, b) } else { (b, a) };
-        let of = |v: &u32| self.graph.around(*v).iter().filter(|e| self.region[e.0 as usize] == large).map(|e| e.1);
-        let between: f64 = self.members[small as usize].iter().flat_map(of).sum();
-        if between > self.slight {
-            let gone = std::mem::take(&mut self.members[small as usize]);
-            gone.iter().for_each(|&v| self.region[v as usize] = large);
-            self.members[large as usize].extend(gone);
-            [small, large].into_iter().for_each(|r| self.open[r as usize] = true);
-            return true;
-        }
-        self.row([a, b], &[], ROW.0 * n.min(m) + ROW.1)
     }
 
-    /// A row of at most `most` moves between two regions, begun with those of `seed` from the first: so much of it as
-    /// gains most is done.
-    fn row(&mut self, [a, b]: [u32; 2], seed: &[u32], most: usize) -> bool {
-        let nodes: Vec<u32> = [a, b].iter().flat_map(|&r| self.members[r as usize].iter().copied()).collect();
-        let mut heap: BinaryHeap<Move> = BinaryHeap::new();
-        for &v in &nodes {
-            let own = self.region[v as usize];
-            let other = if own == a { b } else { a };
-            let (mut gain, mut border) = (0.0, false);
-            for &(u, w) in self.graph.around(v) {
-                let r = self.region[u as usize];
-                gain += if r == other {
-                    w
-                } else if r == own {
-                    -w
-                } else {
-                    0.0
-                };
-                border |= r == other;
+    /// Regions that have a common border.
+    fn pairs(&self) -> Result<Vec<[u32; 2]>> {
+        let mut pairs: Vec<[u32; 2]> = Vec::new();
+        for v in 0..self.region.len() as u32 {
+            let a = self.region[v as usize];
+            let from = pairs.len();
+            let others = self.graph.around(v).iter().map(|e| self.region[e.0 as usize]);
+            for b in others.filter(|&b| a < b) {
+                if !pairs[from..].contains(&[a, b]) {
+                    pairs
+                        .try_reserve(1)
+                        .map_err(|_| Error::NoMemory("out of memory: borders of regions".to_owned()))?;
+                    pairs.push([a, b]);
+                }
             }
-            self.gain[v as usize] = gain;
-            self.moved[v as usize] = false;
-            if border {
-                heap.push(Move { gain, node: v });
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        Ok(pairs)
+    }
+
+    /// Whether something gains; the moves that do are left in the scratch.
+    fn attempt(&self, t: Try<'_>, scratch: &mut Scratch) -> bool {
+        scratch.moves.clear();
+        match t {
+            Try::Part(seed) => {
+                let Some(own) = seed.first().map(|&v| self.region[v as usize]) else { return false };
+                let n = self.members[own as usize].len();
+                let seed: Vec<u32> = seed.iter().copied().filter(|&v| self.region[v as usize] == own).collect();
+                n > seed.len() && self.row([own, u32::MAX], &seed, &[], (seed.len() + PART).min(n - 1), scratch)
+            }
+            Try::Between([a, b]) => {
+                let [n, m] = [a, b].map(|r| self.members[r as usize].len());
+                if n == 0 || m == 0 {
+                    return false;
+                }
+                let (small, large) = if n <= m { (a, b) } else { (b, a) };
+                let small = &self.members[small as usize];
+                let of =
+                    |v: &u32| self.graph.around(*v).iter().filter(|e| self.region[e.0 as usize] == large).map(|e| e.1);
+                if small.iter().flat_map(of).sum::<f64>() > self.slight {
+                    scratch.moves.extend(small);
+                    return true;
+                }
+                self.row([a, b], &[], small, ROW.0 * n.min(m) + ROW.1, scratch)
+            }
+        }
+    }
+
+    /// What moving a node to the other one of two regions gains.
+    fn gain(&self, v: u32, [a, b]: [u32; 2]) -> f64 {
+        let own = self.region[v as usize];
+        let other = if own == a { b } else { a };
+        let mut gain = 0.0;
+        for &(u, w) in self.graph.around(v) {
+            match self.region[u as usize] {
+                r if r == other => gain += w,
+                r if r == own => gain -= w,
+                _ => {}
+            }
+        }
+        gain
+    }
+
+    /// A row of at most `most` moves between two regions, begun with those of `seed` from the first and with what lies
+    /// between them, `small` being the nodes of one: as many moves are left in the scratch as gain most.
+    fn row(&self, of: [u32; 2], seed: &[u32], small: &[u32], most: usize, scratch: &mut Scratch) -> bool {
+        let Scratch { seen, row, heap, moves } = scratch;
+        *row += 1;
+        heap.clear();
+        let row = *row;
+        let meet = |v: u32, seen: &mut [Seen]| {
+            if seen[v as usize].row == row {
+                return false;
+            }
+            seen[v as usize] = Seen { row, moved: false, gain: self.gain(v, of) };
+            true
+        };
+        for &v in small {
+            let other = if self.region[v as usize] == of[0] { of[1] } else { of[0] };
+            let mut border = false;
+            for &(u, _) in self.graph.around(v).iter().filter(|e| self.region[e.0 as usize] == other) {
+                border = true;
+                if meet(u, seen) {
+                    heap.push(Worth(seen[u as usize].gain, u));
+                }
+            }
+            if border && meet(v, seen) {
+                heap.push(Worth(seen[v as usize].gain, v));
             }
         }
         // --- one after the other, those of the seed whatever they gain
-        let (mut sum, mut best, mut row) = (0.0, (self.slight, 0), Vec::new());
+        let (mut sum, mut best) = (0.0, (self.slight, 0));
         let mut begin = seed.iter().copied();
         loop {
             let v = match begin.next() {
                 Some(v) => v,
                 None => match heap.pop() {
-                    Some(m) if self.moved[m.node as usize] || m.gain != self.gain[m.node as usize] => continue,
-                    Some(m) => m.node,
+                    Some(Worth(gain, v)) if seen[v as usize].moved || gain != seen[v as usize].gain => continue,
+                    Some(Worth(_, v)) => v,
                     None => break,
                 },
             };
-            let gain = self.gain[v as usize];
-            sum += gain;
-            self.moved[v as usize] = true;
-            let from = self.region[v as usize];
-            let to = if from == a { b } else { a };
-            self.region[v as usize] = to;
-            row.push(v);
+            meet(v, seen);
+            sum += seen[v as usize].gain;
+            seen[v as usize].moved = true;
+            moves.push(v);
             if sum > best.0 {
-                best = (sum, row.len());
+                best = (sum, moves.len());
             }
-            if row.len() >= most {
+            if moves.len() >= most {
                 break;
             }
+            let from = self.region[v as usize];
             for &(u, w) in self.graph.around(v) {
                 let r = self.region[u as usize];
-                if (r == a || r == b) && !self.moved[u as usize] {
-                    self.gain[u as usize] += if r == to { -2.0 * w } else { 2.0 * w };
-                    heap.push(Move { gain: self.gain[u as usize], node: u });
+                if r == of[0] || r == of[1] {
+                    meet(u, seen);
+                    let there = &mut seen[u as usize];
+                    if !there.moved {
+                        there.gain += if r == from { 2.0 * w } else { -2.0 * w };
+                        heap.push(Worth(there.gain, u));
+                    }
                 }
             }
         }
-        // --- back to where it was best
-        for &v in &row[best.1..] {
-            self.region[v as usize] = if self.region[v as usize] == a { b } else { a };
+        // --- as far as it was best
+        moves.truncate(best.1);
+        best.1 > 0
+    }
+
+    /// Moves nodes to the other side.
+    fn apply(&mut self, t: Try<'_>, moves: &[u32]) -> Result<()> {
+        let Some([a, mut b]) = self.regions(t) else { return Ok(()) };
+        if let Try::Part(_) = t {
+            // as many labels as nodes: where one has two, another has none
+            while self.full + 1 < self.members.len() && !self.members[self.full].is_empty() {
+                self.full += 1;
+            }
+            b = self.full as u32;
         }
-        if best.1 == 0 {
-            return false;
+        let [mut nodes, mut others] = [a, b].map(|r| std::mem::take(&mut self.members[r as usize]));
+        if nodes == moves {
+            std::mem::swap(&mut nodes, &mut others);
         }
+        moves.iter().for_each(|&v| self.region[v as usize] = if self.region[v as usize] == a { b } else { a });
         for r in [a, b] {
-            self.members[r as usize] = nodes.iter().copied().filter(|&v| self.region[v as usize] == r).collect();
-            self.open[r as usize] = true;
+            let of = || nodes.iter().chain(&others).copied().filter(|&v| self.region[v as usize] == r);
+            let mut members = try_vec(of().count(), "regions")?;
+            members.extend(of());
+            if members.is_empty() {
+                self.full = self.full.min(r as usize);
+            }
+            self.members[r as usize] = members;
         }
-        true
+        self.changes += 1;
+        for r in [a, b] {
+            (self.open[r as usize], self.changed[r as usize]) = (true, self.changes);
+        }
+        Ok(())
     }
 }
 

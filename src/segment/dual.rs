@@ -12,6 +12,9 @@ const MANY_FACES: usize = 6;
 /// files): it takes that of the neighbour across its longest side.
 const SLIVER: f64 = 2e-6;
 
+/// Cosine of the angle between faces that are folded onto each other (170 degrees).
+const FOLDED: f64 = -0.985;
+
 /// Edges of which steps are made at a time.
 const BLOCK: u32 = 1 << 18;
 
@@ -86,6 +89,7 @@ impl Dual {
             dual.area.push(0.5 * double);
         }
         dual.mend_normals(positions, triangles, topology);
+        dual.turn_back(topology)?;
         let mut all: Vec<Step> = try_vec(3 * m / 2 + 8, "steps of the dual graph")?;
         let of_edge = |e: u32| {
             let sides = topology.halfedges(e);
@@ -167,6 +171,27 @@ impl Dual {
                 break;
             }
         }
+    }
+
+    /// Turns the normals of faces that lie folded onto the surface: against two neighbours that agree with each other.
+    /// Coarse and ragged meshing leaves such faces. Whether their folds are concave is decided by rounding, and a cut
+    /// along them would gain more than along any crease.
+    fn turn_back(&mut self, topology: &Topology) -> Result<()> {
+        let is_over = |f: usize| {
+            let n = self.normal[f];
+            let mut against = [0, 1, 2]
+                .map(|k| topology.twin((3 * f + k) as u32))
+                .into_iter()
+                .filter(|&g| g != crate::mesh::NONE)
+                .map(|g| self.normal[g as usize / 3])
+                .filter(|m| dot(n, *m) < FOLDED);
+            let (Some(a), Some(b)) = (against.next(), against.next()) else { return false };
+            dot(a, b) > 0.0
+        };
+        let mut over = try_vec(self.normal.len() / 16, "normals")?;
+        over.extend((0..self.normal.len()).filter(|&f| is_over(f)));
+        over.iter().for_each(|&f| self.normal[f] = scale(self.normal[f], -1.0));
+        Ok(())
     }
 
     fn link(&mut self, m: usize) -> Result<()> {

@@ -48,6 +48,15 @@ fn composites_fall_into_their_parts_by_themselves() {
 }
 
 #[test]
+fn walls_of_one_or_two_cells_with_faces_turned_over_fall_into_their_parts() {
+    for shape in composites(1.5) {
+        let out = run(&shape, &partition_only());
+        let index = adjusted_rand(&out.face_segment, &shape.label);
+        assert!(index >= 0.8, "{}: {index} with {} segments", shape.name, out.segments.len());
+    }
+}
+
+#[test]
 fn the_methods_agree_at_equal_number_of_parts() {
     for shape in [dumbbell(2.0), t_beam(2.5)] {
         let count = Some(shape.label.iter().max().unwrap() + 1);

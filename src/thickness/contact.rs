@@ -19,7 +19,7 @@ const SAME: f64 = 1e-3;
 const MOST: usize = 512;
 
 /// With more contacts than this two that hold the sphere are enough.
-pub(super) const MANY: usize = 24;
+pub(super) const MANY: usize = 48;
 
 /// One place where the sphere touches.
 #[derive(Debug, Clone, Copy)]

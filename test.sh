@@ -38,12 +38,9 @@ only_our_symbols() {
     comm -23 build/header.txt build/inline.txt | diff - build/symbols.txt
 }
 
-# Tests have the library built in pieces, by all cores: sooner done.
-pieces="profile.release.package.armesh.codegen-units=16"
-
 fresh_part() { # the committed part is what its generator writes
     mkdir -p build
-    cargo run --quiet --release --locked --config "$pieces" --example parts -- build && cmp build/bracket.stl examples/parts/bracket.stl
+    cargo run --quiet --release --locked --example parts -- build && cmp build/bracket.stl examples/parts/bracket.stl
 }
 
 if cargo fmt --version >/dev/null 2>&1; then
@@ -52,10 +49,10 @@ fi
 if cargo clippy --version >/dev/null 2>&1; then
     step "clippy" cargo clippy --quiet --release --locked --all-targets -- -D warnings
 fi
-step "cargo test" cargo test --release --locked --config "$pieces"
+step "cargo test" cargo test --release --locked
 step "example part" fresh_part
-step "render" cargo run --quiet --release --locked --config "$pieces" --example render -- examples/parts/bracket.stl build/bracket.png
-# from here on the library is built in one piece and without what only tests need, and so anew
+step "render" cargo run --quiet --release --locked --example render -- examples/parts/bracket.stl build/bracket.png
+# from here on the library is built without what only tests need, and so anew
 step "cmake" cmake -S . -B build -DCMAKE_BUILD_TYPE=Release -DARMESH_BUILD_TESTS=ON
 step "build" cmake --build build --parallel 2
 step "ctest" ctest --test-dir build --output-on-failure

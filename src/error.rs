@@ -73,6 +73,13 @@ pub fn try_vec<T>(n: usize, what: &str) -> Result<Vec<T>> {
     Ok(v)
 }
 
+/// [`Vec::push`] that is [`Error::NoMemory`], naming `what`, instead of aborting when memory is out.
+pub fn try_push<T>(v: &mut Vec<T>, value: T, what: &str) -> Result<()> {
+    v.try_reserve(1).map_err(|_| Error::NoMemory(format!("out of memory: {what}")))?;
+    v.push(value);
+    Ok(())
+}
+
 /// A vector of `n` copies of `value`, or [`Error::NoMemory`] that names `what`.
 pub fn try_filled<T: Clone>(n: usize, value: T, what: &str) -> Result<Vec<T>> {
     let mut v = try_vec(n, what)?;

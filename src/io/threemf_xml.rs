@@ -6,7 +6,7 @@
 
 use super::text::{line_of, not_a_number, number, quote};
 use super::{Sink, Unit, format_error};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, try_push};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::collections::HashMap;
@@ -20,6 +20,8 @@ const HARMLESS: [&str; 4] = [
     "http://schemas.microsoft.com/3dmanufacturing/slice/2015/07",
     "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
 ];
+/// What memory can run out for.
+const OBJECTS: &str = "the objects of a 3MF file";
 /// Elements between two looks at the job.
 const STRIDE: usize = 1 << 14;
 
@@ -143,9 +145,9 @@ impl Parser<'_, '_> {
             (b"object", Some(_)) => format_error("an object within an object"),
             (b"component", Some(_)) => {
                 let place = place(e)?;
-                self.object.as_mut().map_or(Ok(()), |object| push(&mut object.components, place))
+                self.object.as_mut().map_or(Ok(()), |object| try_push(&mut object.components, place, OBJECTS))
             }
-            (b"item", None) => push(&mut self.part.build, place(e)?),
+            (b"item", None) => try_push(&mut self.part.build, place(e)?, OBJECTS),
             _ => {
                 if name.ends_with(b":beamlattice") {
                     self.pool.warn(|| "3MF: a beam lattice is ignored, only triangles are read".into());
@@ -168,7 +170,7 @@ impl Parser<'_, '_> {
         for v in mesh.triangles[object.triangles.clone()].as_flattened_mut() {
             *v = if (*v as usize) < n { *v } else { u32::MAX };
         }
-        push(&mut self.part.objects, object)
+        try_push(&mut self.part.objects, object, OBJECTS)
     }
 
     fn root(&mut self, e: &BytesStart) -> Result<()> {
@@ -299,11 +301,4 @@ fn unescaped(value: &[u8]) -> Result<String> {
     let bad = || Error::Format(format!("3MF: {} is not readable as text", quote(value)));
     let text = std::str::from_utf8(value).map_err(|_| bad())?;
     Ok(quick_xml::escape::unescape(text).map_err(|_| bad())?.into_owned())
-}
-
-/// [`Vec::push`] that fails instead of aborting when memory is out.
-fn push<T>(v: &mut Vec<T>, x: T) -> Result<()> {
-    v.try_reserve(1).map_err(|_| Error::NoMemory("out of memory: the objects of a 3MF file".into()))?;
-    v.push(x);
-    Ok(())
 }

@@ -31,7 +31,7 @@ impl<K: Ord> PartialOrd for Worth<K> {
 }
 
 /// Two nodes, the lower first.
-fn pair(a: u32, b: u32) -> [u32; 2] {
+pub fn pair(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 

@@ -1,7 +1,7 @@
 //! The dual graph of a surface: faces are nodes, common edges join them (Fig. 8a), with the distances that one step
 //! costs (Eqs. 14-16).
 
-use crate::error::{Result, try_filled, try_vec};
+use crate::error::{Result, try_filled, try_push, try_vec};
 use crate::mesh::Topology;
 use crate::mesh::measure::{Vec3, add, area_vector, corners, cross, distance, dot, norm, scale, sub};
 use rayon::prelude::*;
@@ -188,8 +188,8 @@ impl Dual {
             let (Some(a), Some(b)) = (against.next(), against.next()) else { return false };
             dot(a, b) > 0.0
         };
-        let mut over = try_vec(self.normal.len() / 16, "normals")?;
-        over.extend((0..self.normal.len()).filter(|&f| is_over(f)));
+        let mut over = Vec::new();
+        (0..self.normal.len()).filter(|&f| is_over(f)).try_for_each(|f| try_push(&mut over, f, "normals"))?;
         over.iter().for_each(|&f| self.normal[f] = scale(self.normal[f], -1.0));
         Ok(())
     }

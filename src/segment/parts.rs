@@ -1,7 +1,7 @@
 //! Where the parts are, by method: a label for every face, not yet connected or numbered.
 
 use super::affinity::{Graph, step_weights};
-use super::cut::contract;
+use super::cut::{contract, pair};
 use super::dual::Dual;
 use super::finish::NEUTRAL;
 use super::patches::{Border, Patches};
@@ -194,7 +194,7 @@ fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
     for &(patches, w) in across.iter().filter(|t| !parted(region, t.0)) {
         let [p, q] = patches.map(|v| piece[v as usize]);
         if p != q {
-            *held.entry([p.min(q), p.max(q)]).or_insert(0.0) += w;
+            *held.entry(pair(p, q)).or_insert(0.0) += w;
         }
     }
     // --- two pieces p and q, one across, and a piece r that both border on
@@ -216,7 +216,9 @@ fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
 fn together(n: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Result<Vec<u32>> {
     let mut sets = Sets::new(n)?;
     pairs.for_each(|[a, b]| sets.join(a, b));
-    Ok((0..n as u32).map(|v| sets.root(v)).collect())
+    let mut region = try_vec(n, "regions")?;
+    region.extend((0..n as u32).map(|v| sets.root(v)));
+    Ok(region)
 }
 
 /// Pairs of patches on opposite sides of one wall, which attract each other as a flat border as long as the patch is wide would:

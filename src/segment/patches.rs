@@ -6,6 +6,7 @@
 //! next may be: time in proportion to the faces.
 
 use super::affinity::{Graph, Near};
+use super::cut::pair;
 use super::dual::{Dual, Step};
 use crate::error::{Result, try_filled, try_vec};
 use crate::job::Job;
@@ -163,7 +164,7 @@ impl Patches {
         for (s, step) in dual.steps.iter().enumerate() {
             let [p, q] = step.faces.map(|f| self.of_face[f as usize]);
             if p != q {
-                crossing.push(([p.min(q), p.max(q)], s as u32));
+                crossing.push((pair(p, q), s as u32));
             }
         }
         crossing.sort_unstable();

@@ -6,8 +6,8 @@
 //! single nodes, each the best that is left though it may be a loss; of the row so much is kept as gains most.
 
 use super::affinity::Graph;
-use super::cut::Worth;
-use crate::error::{Error, Result, try_filled, try_vec};
+use super::cut::{Worth, pair};
+use crate::error::{Result, try_filled, try_push, try_vec};
 use crate::job::Job;
 use rayon::prelude::*;
 use std::collections::BinaryHeap;
@@ -26,7 +26,7 @@ const AHEAD: usize = 32;
 /// The graph of pairs that attract or repel each other, each pair once, by rising node.
 fn graph(n: usize, pulls: &[([u32; 2], f64)]) -> Result<Graph> {
     let mut all: Vec<([u32; 2], f64)> = try_vec(pulls.len(), "borders of patches")?;
-    all.extend(pulls.iter().map(|&([a, b], w)| ([a.min(b), a.max(b)], w)));
+    all.extend(pulls.iter().map(|&([a, b], w)| (pair(a, b), w)));
     // equal pairs stay as they were given: sums come out the same
     all.sort_by_key(|t| t.0);
     all.dedup_by(|next, first| {
@@ -89,13 +89,11 @@ struct Cut<'a> {
 /// those in the region of the first count.
 ///
 /// # Errors
-/// [`Error::NoMemory`], [`Error::Cancelled`].
+/// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
 pub fn refine(n: usize, pulls: &[([u32; 2], f64)], seeds: &[Vec<u32>], region: &mut [u32], job: &Job) -> Result<()> {
     let mut members: Vec<Vec<u32>> = try_filled(n, Vec::new(), "regions")?;
     for (v, &r) in region.iter().enumerate() {
-        let of = &mut members[r as usize];
-        of.try_reserve(1).map_err(|_| Error::NoMemory("out of memory: regions".to_owned()))?;
-        of.push(v as u32);
+        try_push(&mut members[r as usize], v as u32, "regions")?;
     }
     let attraction: f64 = pulls.iter().map(|p| p.1.abs()).sum();
     let mut cut = Cut {
@@ -183,10 +181,7 @@ impl Cut<'_> {
             let others = self.graph.around(v).iter().map(|e| self.region[e.0 as usize]);
             for b in others.filter(|&b| a < b) {
                 if !pairs[from..].contains(&[a, b]) {
-                    pairs
-                        .try_reserve(1)
-                        .map_err(|_| Error::NoMemory("out of memory: borders of regions".to_owned()))?;
-                    pairs.push([a, b]);
+                    try_push(&mut pairs, [a, b], "borders of regions")?;
                 }
             }
         }

@@ -150,10 +150,11 @@ impl<'a> Spheres<'a> {
             nearest_to(self.cone.directions(), [dot(way, x), dot(way, y), dot(way, inward)])
         });
         let (mut best, mut reach) = (None, limit);
+        // --- all rays end in the sphere of the limit; without one, the first goes alone and the rest end in what it finds
+        let alone = usize::from(limit == f64::INFINITY);
         let directions = self.cone.directions();
         for (k, d) in std::iter::once(directions[first]).chain(directions.iter().copied()).enumerate() {
-            if k == usize::from(limit == f64::INFINITY) {
-                // --- all rays end in the sphere of the limit; without one, the rest in the sphere found by the first
+            if k == alone {
                 let [cos, sin] = self.edge;
                 self.front.gather(
                     lanes,
@@ -167,7 +168,7 @@ impl<'a> Spheres<'a> {
             // --- Eqs. 10-12: ray and triangle. A ray that ends outside the sphere found so far cannot make it smaller.
             let way = turned(d, [x, y], inward);
             let range = (SAME_SURFACE / d[2], reach * d[2]);
-            let roots = if k == 0 && limit == f64::INFINITY { self.mesh.tree.root() } else { self.front.roots() };
+            let roots = if k < alone { self.mesh.tree.root() } else { self.front.roots() };
             if let Some(hit) = self.mesh.nearest_hit_from(roots, lanes, &mut self.stack, (origin, way), range, face) {
                 // --- Eq. 13
                 let diameter = hit.t / d[2];

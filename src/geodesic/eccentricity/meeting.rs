@@ -87,10 +87,14 @@ impl Ways {
         Ok(())
     }
 
+    /// The scaled distances of `v` from all sources, and infinity in columns without one.
+    fn row(&self, v: u32) -> impl Iterator<Item = f32> + '_ {
+        self.blocks.iter().flat_map(move |b| b[v as usize])
+    }
+
     /// The column whose source is nearest to `v`, and how far it is.
     fn nearest(&self, v: u32) -> (usize, f32) {
-        let all = self.blocks.iter().flat_map(|b| b[v as usize]).enumerate();
-        all.fold((0, f32::INFINITY), |m, x| if x.1 < m.1 { x } else { m })
+        self.row(v).enumerate().fold((0, f32::INFINITY), |m, x| if x.1 < m.1 { x } else { m })
     }
 
     /// Prepares `points` to be ends of ways, for as long as no field is added. O(points × sources).
@@ -134,7 +138,7 @@ impl Ways {
         if ends.columns.is_empty() {
             return (f32::INFINITY, NONE);
         }
-        let row: Vec<f32> = self.blocks.iter().flat_map(|b| b[v as usize]).collect();
+        let row: Vec<f32> = self.row(v).collect();
         let (first, near) = self.nearest(v);
         if !near.is_finite() {
             return (f32::INFINITY, v);

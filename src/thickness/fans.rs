@@ -182,3 +182,31 @@ impl RayMesh {
         !ends[..count].iter().any(|&v| self.fans.around.of(v).iter().any(|&f| leads_nearer(f)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::Job;
+    use crate::thickness::shapes::disc;
+    use crate::thickness::wall::WallMesh;
+
+    #[test]
+    fn something_inside_can_be_nearest_to_the_tip_of_a_pit_but_not_to_the_middle_of_an_end_face() {
+        for n in [32, 200, 600] {
+            let (p, t) = disc(n, 6.0);
+            let walls = WallMesh::new(&p, &t, &Job::default()).unwrap();
+            let mesh = walls.mesh();
+            let (middle, tip) = (2 * n, 2 * n + 1);
+            assert!(mesh.fans.chord(middle) < 0.0 && mesh.fans.chord(tip) > 0.0, "{n}");
+            let face = t.iter().position(|t| t[2] == tip).unwrap() as u32;
+            let nearest = |c: [f64; 3]| {
+                let (c, q) = (mesh.to_unit(c), mesh.to_unit(p[tip as usize]));
+                let away = sub(c, q);
+                let d = dot(away, away).sqrt();
+                mesh.is_nearest(c, (q, Feature::Corner(2)), face, away.map(|x| x / d), d)
+            };
+            assert!(nearest([0.0, 0.0, 3.0]) && nearest([1.0, 0.5, 2.0]), "{n}");
+            assert!(!nearest([4.0, 0.0, 5.0]), "{n}: a side of the pit is nearer");
+        }
+    }
+}

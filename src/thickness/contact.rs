@@ -16,7 +16,7 @@ const MOVED: f64 = 0.906;
 /// Contacts closer together than this, in radians seen from the centre, are one,
 const SAME: f64 = 1e-3;
 /// or further, where there would be more than this.
-const MOST: usize = 512;
+const MOST: usize = 128;
 
 /// With more contacts than this two that hold the sphere are enough.
 pub(super) const MANY: usize = 48;

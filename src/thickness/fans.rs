@@ -18,6 +18,12 @@ const SQUARE: f64 = 1.0 - 1e-8;
 /// are within. Negative: the solid is convex there, so nothing inside is nearest to it.
 type Spread = ([f32; 3], f32);
 
+/// Fans of more faces than this are not compared face by face.
+const MANY_PAIRS: usize = 256;
+
+/// Nothing is known of a closed fan but its faces.
+const MOST_WAYS: f32 = 1.99;
+
 /// Nothing is known.
 const ALL_WAYS: f32 = 2.0;
 
@@ -65,27 +71,27 @@ fn spread_at(v: u32, fan: &[u32], points: &[[f64; 3]], triangles: &[[u32; 3]], n
         .iter()
         .map(|&f| others(f))
         .fold(0u64, |sum, [next, previous]| sum.wrapping_add(mixed(next)).wrapping_sub(mixed(previous)));
-    if balance != 0 || fan.len() > 64 {
+    if balance != 0 {
         return ([0.0; 3], ALL_WAYS);
     }
     let p = points[v as usize];
-    let concave = fan.iter().any(|&f| {
-        let n = normals[f as usize];
-        fan.iter().any(|&g| {
-            let w = sub(points[others(g)[0] as usize], p);
-            let rise = dot(w, n);
-            rise > 0.0 && rise * rise > CONCAVE * CONCAVE * dot(w, w)
-        })
-    });
-    if !concave {
-        return ([0.0; 3], -1.0);
-    }
     let sum = fan.iter().fold([0.0; 3], |sum, &f| std::array::from_fn(|a| sum[a] + normals[f as usize][a]));
     let length = dot(sum, sum).sqrt();
+    let axis = sum.map(|x| x / length);
+    let rim = || fan.iter().map(|&f| sub(points[others(f)[0] as usize], p));
+    let steep = |w: [f64; 3], rise: f64| rise * rise > CONCAVE * CONCAVE * dot(w, w);
+    if fan.len() > MANY_PAIRS {
+        // the middle of a round end face is flat
+        let flat = length > 1e-6 && !rim().any(|w| steep(w, dot(w, axis)));
+        return ([0.0; 3], if flat { -1.0 } else { MOST_WAYS });
+    }
+    let rises = |w: [f64; 3], rise: f64| rise > 0.0 && steep(w, rise);
+    if !fan.iter().any(|&f| rim().any(|w| rises(w, dot(w, normals[f as usize])))) {
+        return ([0.0; 3], -1.0);
+    }
     if !(length > 1e-6) {
         return ([0.0; 3], ALL_WAYS);
     }
-    let axis = sum.map(|x| x / length);
     let solid = fan.iter().map(|&f| normals[f as usize]).filter(|n| *n != [0.0; 3]);
     let chord2 = solid.map(|n| dot(sub(n, axis), sub(n, axis))).fold(0.0, f64::max);
     (axis.map(|x| x as f32), chord2.sqrt() as f32)
@@ -165,7 +171,7 @@ impl RayMesh {
             dot(away, away) < limit * limit && dot(off, off) < SAME_SURFACE * SAME_SURFACE
         };
         if chords[0] >= ALL_WAYS || chords[1] >= ALL_WAYS {
-            return !self.faces_at(q).into_iter().any(leads_nearer);
+            return !self.any_face_at(q, leads_nearer);
         }
         // the faces on both sides of an edge are the likely ones
         let across = |&&f: &&u32| self.triangles[f as usize].contains(&ends[1]);

@@ -136,23 +136,37 @@ impl RayMesh {
     /// The faces that `p` (in units of the tree) lies on, in order.
     pub(super) fn faces_at(&self, p: [f64; 3]) -> Vec<u32> {
         let mut faces = Vec::new();
-        self.faces_near(p.map(|x| x - SAME_SURFACE), p.map(|x| x + SAME_SURFACE), |face| {
-            let away = sub(p, closest_on_triangle(p, self.corners(face)));
-            if dot(away, away) < SAME_SURFACE * SAME_SURFACE {
-                faces.push(face);
-            }
+        self.any_face_at(p, |face| {
+            faces.push(face);
+            false
         });
         faces.sort_unstable();
         faces
     }
 
+    /// Whether `is` holds for any of the faces that `p` lies on.
+    pub(super) fn any_face_at(&self, p: [f64; 3], mut is: impl FnMut(u32) -> bool) -> bool {
+        self.any_face_near(p.map(|x| x - SAME_SURFACE), p.map(|x| x + SAME_SURFACE), |face| {
+            let away = sub(p, closest_on_triangle(p, self.corners(face)));
+            dot(away, away) < SAME_SURFACE * SAME_SURFACE && is(face)
+        })
+    }
+
     /// Calls `visit` for the faces whose surroundings meet the box from `lo` to `hi` (units of the tree), and some near.
     pub(super) fn faces_near(&self, lo: [f64; 3], hi: [f64; 3], mut visit: impl FnMut(u32)) {
+        self.any_face_near(lo, hi, |face| {
+            visit(face);
+            false
+        });
+    }
+
+    /// The same until one `is` what is looked for; whether one was.
+    fn any_face_near(&self, lo: [f64; 3], hi: [f64; 3], mut is: impl FnMut(u32) -> bool) -> bool {
         let meets = |lo2: [f64; 3], hi2: [f64; 3]| (0..3).all(|a| lo[a] <= hi2[a] && lo2[a] <= hi[a]);
         let mut stack = vec![0u32];
         while let Some(at) = stack.pop() {
             if at & LEAF == 0 {
-                let Some(node) = self.tree.nodes.get(at as usize) else { return };
+                let Some(node) = self.tree.nodes.get(at as usize) else { return false };
                 for k in 0..8 {
                     let bound = |a: usize| node.bounds[a][k] as f64;
                     if meets([bound(0), bound(1), bound(2)], [bound(3), bound(4), bound(5)]) {
@@ -160,9 +174,12 @@ impl RayMesh {
                     }
                 }
             } else if let Some(block) = self.tree.blocks.get((at & !LEAF) as usize) {
-                faces_of(block).for_each(&mut visit);
+                if faces_of(block).any(&mut is) {
+                    return true;
+                }
             }
         }
+        false
     }
 }
 

@@ -258,6 +258,38 @@ fn widths_do_not_depend_on_how_the_surface_is_cut_into_triangles() {
     }
 }
 
+/// A round plate of radius 10 and height 12 whose end faces are fans of `n` triangles; the middle of the upper one at
+/// height `pit`.
+fn disc(n: u32, pit: f64) -> Shape {
+    let at = |i: u32, z: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+        [10.0 * cos, 10.0 * sin, z]
+    };
+    let mut p: Vec<[f64; 3]> = (0..n).map(|i| at(i, 0.0)).chain((0..n).map(|i| at(i, 12.0))).collect();
+    p.extend([[0.0; 3], [0.0, 0.0, pit]]);
+    let sides = |i: u32| {
+        let j = (i + 1) % n;
+        [[2 * n, j, i], [n + i, n + j, 2 * n + 1], [i, j, n + j], [i, n + j, n + i]]
+    };
+    (p, (0..n).flat_map(sides).collect())
+}
+
+#[test]
+fn fans_of_a_great_many_triangles_have_the_width_beneath_them() {
+    for n in [32, 200, 600] {
+        let (p, t) = disc(n, 12.0);
+        let width = walls(&(p, t)).width;
+        assert!(width.iter().all(|w| (w / 12.0 - 1.0).abs() < 0.01), "{n} {width:?}");
+        // below the tip of a pit, between it and the end face: across where the sphere starts on one of its sides
+        let (p, t) = disc(n, 6.0);
+        let width = walls(&(p, t)).width;
+        let slope = (10.0f64).hypot(6.0) / 10.0;
+        let tip = width[2 * n as usize + 1];
+        assert!((5.99..12.0 * slope / (1.0 + slope) * 1.01).contains(&tip), "{n} {tip}");
+        assert!(width.iter().all(|w| (5.9..12.1).contains(w)), "{n} {width:?}");
+    }
+}
+
 #[test]
 fn widths_do_not_depend_on_threads() {
     let (p, t) = mapped(icosphere(12), |p| [p[0], p[1] * 0.4, p[2] * (0.5 + 0.2 * p[0])]);

@@ -8,7 +8,7 @@ use crate::error::{Result, try_filled};
 use crate::geodesic::Eccentricity;
 use crate::job::Job;
 use crate::mesh::NONE;
-use crate::mesh::measure::{Vec3, distance};
+use crate::mesh::measure::{Vec3, at_weights, cross, distance, dot, sub};
 use crate::mesh::proxy::{Around, Place, Proxy, faces_near, places};
 use crate::mesh::surface::AnalysisSurface;
 use rayon::prelude::*;
@@ -17,6 +17,10 @@ use rayon::prelude::*;
 const NEAR: f64 = 1.5;
 /// Points are around a vertex of the reference if they are no further from it than this many spacings.
 const AROUND: f64 = 2.5;
+/// Points whose spread in a direction is less than this share of all their spread, squared, tell nothing about it.
+const RIDGE: f64 = 1e-4;
+/// A point counts up to this many times more than in the mean, or as much less.
+const STEEPEST: f64 = 4.0;
 /// Vertices in one piece of parallel work at least.
 const PIECE: usize = 1 << 13;
 
@@ -42,6 +46,15 @@ pub(super) struct Stands {
 
 /// The values of a place: distance, its bounds, and the far end.
 type Values = ([f64; 3], u32);
+
+/// A point's part in the value of a vertex.
+struct Share {
+    point: u32,
+    /// In the weighted mean.
+    weight: f64,
+    /// In what the linear function that fits best has at the place of the vertex; may be negative.
+    linear: f64,
+}
 
 impl<'a> Bridge<'a> {
     /// `onto` are the vertices of `surface` that those of the reference went into.
@@ -135,16 +148,20 @@ impl<'a> Bridge<'a> {
         Ok(out)
     }
 
-    /// The points whose values make that of a vertex of the mesh, whose place this is, with weights that add up to 1, the
-    /// heaviest first: the corners of its triangle or, where that is a sliver that reaches farther than its neighbours
-    /// lie, points near by.
-    fn shares(&self, v: usize, place: &Place, out: &mut Vec<(u32, f64)>) {
-        let (surface, t, p) = (self.surface, self.surface.triangles[place.face as usize], self.positions[v]);
+    /// The points whose values make that of a vertex of the mesh, whose place this is: the corners of its triangle or,
+    /// where that is a sliver that reaches farther than its neighbours lie, points near by. Weights add up to 1, the
+    /// heaviest is first.
+    fn shares(&self, v: usize, place: &Place, out: &mut Vec<Share>) {
+        let (surface, t) = (self.surface, self.surface.triangles[place.face as usize]);
         out.clear();
         let radius = NEAR * surface.spacing;
         let at = |u: u32| surface.positions[u as usize];
+        let p = at_weights(t.map(at), place.weights);
         if (0..3).any(|k| distance(at(t[k]), at(t[(k + 1) % 3])) > radius) {
-            let mut take = |u: u32, gap: f64| out.push((u, (1.0 - gap / radius).powi(2)));
+            let mut take = |point: u32, gap: f64| {
+                let weight = (1.0 - gap / radius).powi(2);
+                out.push(Share { point, weight, linear: weight });
+            };
             match self.known(v) {
                 Some(near) => {
                     let gaps = near.iter().map(|&u| (u, distance(p, at(u))));
@@ -153,14 +170,15 @@ impl<'a> Bridge<'a> {
                 None => self.around.vertices_near(p, place, radius, take),
             }
         }
-        let total: f64 = out.iter().map(|n| n.1).sum();
+        let total: f64 = out.iter().map(|n| n.weight).sum();
         if total > 0.0 {
-            out.iter_mut().for_each(|n| n.1 /= total);
+            out.iter_mut().for_each(|n| n.weight /= total);
+            fit(&surface.positions, p, out);
         } else {
             out.clear();
-            out.extend(t.into_iter().zip(place.weights));
+            out.extend(t.into_iter().zip(place.weights).map(|(point, weight)| Share { point, weight, linear: weight }));
         }
-        out.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        out.sort_unstable_by(|a, b| b.weight.total_cmp(&a.weight).then(a.point.cmp(&b.point)));
     }
 
     /// The values of all vertices of the mesh from those of the points. A far end is the vertex that `ends` has for it.
@@ -168,13 +186,16 @@ impl<'a> Bridge<'a> {
     /// # Errors
     /// [`crate::error::Error::NoMemory`].
     pub fn spread(&self, d1: &Eccentricity, ends: &Stands) -> Result<Eccentricity> {
-        let value = |shares: &mut Vec<(u32, f64)>, v: usize| -> Values {
+        let value = |shares: &mut Vec<Share>, v: usize| -> Values {
             if self.face[v] == NONE {
                 return ([f64::NAN; 3], NONE);
             }
             self.shares(v, &self.place(self.face[v], self.positions[v]), shares);
-            let mean = |values: &[f64]| shares.iter().map(|(u, w)| w * values[*u as usize]).sum();
-            ([mean(&d1.distance), mean(&d1.lower), mean(&d1.upper)], d1.farthest[shares[0].0 as usize])
+            let value: f64 = shares.iter().map(|s| s.linear * d1.distance[s.point as usize]).sum();
+            let gap = |values: &[f64]| -> f64 {
+                shares.iter().map(|s| s.weight * (values[s.point as usize] - d1.distance[s.point as usize])).sum()
+            };
+            ([value, value + gap(&d1.lower), value + gap(&d1.upper)], d1.farthest[shares[0].point as usize])
         };
         let n = self.positions.len();
         let filled = || try_filled(n, f64::NAN, "the field");
@@ -187,6 +208,40 @@ impl<'a> Bridge<'a> {
             *farthest = ends.vertex.get(end as usize).copied().unwrap_or(NONE);
         });
         Ok(Eccentricity { distance: at, lower, upper, farthest, longest: d1.longest.clone(), ..*d1 })
+    }
+}
+
+/// Makes the linear weights of points: those by which the values of the points give the value, at `p`, of the linear
+/// function of space that fits them best, by their weights in the mean. A function that is linear on each of up to three
+/// planes that meet in a corner, and continuous, is a linear function of space; a mean would be off at every rim, where
+/// all points are on one side.
+fn fit(positions: &[Vec3], p: Vec3, shares: &mut [Share]) {
+    let mut mean = [0.0; 3];
+    for s in shares.iter() {
+        (0..3).for_each(|k| mean[k] += s.weight * positions[s.point as usize][k]);
+    }
+    let mut m = [[0.0; 3]; 3];
+    for s in shares.iter() {
+        let x = sub(positions[s.point as usize], mean);
+        for i in 0..3 {
+            (0..3).for_each(|j| m[i][j] += s.weight * x[i] * x[j]);
+        }
+    }
+    let trace = m[0][0] + m[1][1] + m[2][2];
+    (0..3).for_each(|k| m[k][k] += RIDGE * trace);
+    // --- slope = m^-1 (p - mean), by Cramer's rule
+    let away = sub(p, mean);
+    let rows = [cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1])];
+    let det = dot(m[0], rows[0]);
+    if !(det > 0.0) {
+        return;
+    }
+    let slope: Vec3 = std::array::from_fn(|k| (0..3).map(|r| rows[r][k] * away[r]).sum::<f64>() / det);
+    let tilt = |s: &Share| dot(slope, sub(positions[s.point as usize], mean));
+    let most = shares.iter().map(|s| tilt(s).abs()).fold(0.0, f64::max);
+    let much = if most > STEEPEST { STEEPEST / most } else { 1.0 };
+    for s in shares.iter_mut() {
+        s.linear = s.weight * (1.0 + much * tilt(s));
     }
 }
 
@@ -235,7 +290,7 @@ mod tests {
             let found = bridge.spread(&d1, &stands).unwrap();
             for (v, q) in p.iter().enumerate() {
                 let off = (found.distance[v] - along(q)).abs();
-                assert!(off < 0.5 * surface.spacing, "{off} of {}", surface.spacing);
+                assert!(off < 0.05 * surface.spacing, "{off} of {}", surface.spacing);
                 assert!((found.upper[v] - found.lower[v] - 2.0).abs() < 1e-9);
                 let end = found.farthest[v];
                 assert!(end == NONE || distance(p[end as usize], *q) < 2.0 * surface.spacing);

@@ -75,7 +75,7 @@ pub fn by_creases(
         || across(scene, surface, patches, job),
         || shares.par_iter().map(|&share| pieces(share)).collect::<Result<Vec<_>>>(),
     );
-    let (across, mut pieces) = (across?, pieces?);
+    let ((across, width), mut pieces) = (across?, pieces?);
     let sharp = pieces.pop().unwrap_or_default();
     let mut pulls: Vec<Tie> = try_vec(over.len() + across.len(), "borders of patches")?;
     pulls.extend(over.iter().chain(&across));
@@ -95,7 +95,7 @@ pub fn by_creases(
     let mut region = best.map_or(Vec::new(), |b| b.1);
     if count.is_none() {
         bettered(&sharp, &pulls, &across, &mut region, job)?;
-        region = reunited(&region, &over, &across)?;
+        region = reunited(&region, &over, &across, (&width, &patches.area))?;
     }
     Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
 }
@@ -174,15 +174,24 @@ fn bettered(piece: &[u32], pulls: &[Tie], across: &[Tie], region: &mut [u32], jo
 /// How much of what holds two pieces together across a wall counts, in shares of their attraction by the borders of the
 /// region between them. A floor and a bottom repel and attract the wall around them, length by length, by 1.0 and 0.55.
 const HOLD: f64 = 2.0;
+/// Pieces are joined around a wall only if the thinner is so many times as thick as the other, at least: a flange on a pipe
+/// and the crown of a piston are no more of the wall that stands on them.
+const ALIKE: f64 = 0.6;
 
 /// The floor and the bottom of a cup are one region across the wall between them, but hang together only through the
 /// wall around them. Pieces of one region are joined with a region through which they hang together if what holds them
 /// across, up to [`HOLD`] times what attracts them to it, outweighs what repels them from it. A rib that stands on a
-/// plate attracts nothing and stays a part.
-fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
+/// plate attracts nothing and stays a part. `measured` are the widths and areas of the patches.
+fn reunited(region: &[u32], over: &[Tie], across: &[Tie], measured: (&[f64], &[f64])) -> Result<Vec<u32>> {
     let n = region.len();
     let within = over.iter().filter(|t| !parted(region, t.0)).map(|t| t.0);
     let piece = together(n, within)?;
+    let middle = middles(&piece, measured)?;
+    // also true where one is not known
+    let alike = |[p, q]: [u32; 2]| {
+        let [a, b] = [middle[p as usize], middle[q as usize]];
+        !(a.min(b) < ALIKE * a.max(b))
+    };
     // --- by two pieces: how much they attract each other over their border; which are one across
     let mut border: BTreeMap<[u32; 2], f64> = BTreeMap::new();
     for &(patches, w) in over.iter().filter(|t| parted(region, t.0)) {
@@ -203,13 +212,35 @@ fn reunited(region: &[u32], over: &[Tie], across: &[Tie]) -> Result<Vec<u32>> {
         for (&[_, r], &a) in border.range([p, 0]..=[p, u32::MAX]) {
             let Some(&b) = border.get(&[q, r]) else { continue };
             let attract = a.max(0.0) + b.max(0.0);
-            if attract + a.min(0.0) + b.min(0.0) + hold.min(HOLD * attract) > 0.0 {
+            let held = attract + a.min(0.0) + b.min(0.0) + hold.min(HOLD * attract) > 0.0;
+            if held && alike([p, r]) && alike([q, r]) {
                 joins.extend([[p, r], [q, r]]);
             }
         }
     }
     let joined = together(n, joins.into_iter())?;
     Ok(piece.iter().map(|&p| joined[p as usize]).collect())
+}
+
+/// How wide pieces are in the middle of their area, by piece; NaN where no patch of one has a width.
+fn middles(piece: &[u32], (width, area): (&[f64], &[f64])) -> Result<Vec<f64>> {
+    let mut whole = try_filled(piece.len(), 0.0, "widths of regions")?;
+    let mut order: Vec<u32> = try_vec(piece.len(), "widths of regions")?;
+    for v in (0..piece.len()).filter(|&v| width[v].is_finite()) {
+        whole[piece[v] as usize] += area[v];
+        order.push(v as u32);
+    }
+    order.sort_unstable_by(|&u, &v| width[u as usize].total_cmp(&width[v as usize]).then(u.cmp(&v)));
+    let mut below = try_filled(piece.len(), 0.0, "widths of regions")?;
+    let mut middle = try_filled(piece.len(), f64::NAN, "widths of regions")?;
+    for v in order.into_iter().map(|v| v as usize) {
+        let p = piece[v] as usize;
+        below[p] += area[v];
+        if middle[p].is_nan() && below[p] >= 0.5 * whole[p] {
+            middle[p] = width[v];
+        }
+    }
+    Ok(middle)
 }
 
 /// What pairs of `n` nodes join, named by one of its nodes.
@@ -222,8 +253,8 @@ fn together(n: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Result<Vec<u32>>
 }
 
 /// Pairs of patches on opposite sides of one wall, which attract each other as a flat border as long as the patch is wide would:
-/// the floor of a cup belongs to its bottom, the bore of a pipe to its outside.
-fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: &Job) -> Result<Vec<Tie>> {
+/// the floor of a cup belongs to its bottom, the bore of a pipe to its outside. And the width at every patch.
+fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: &Job) -> Result<(Vec<Tie>, Vec<f64>)> {
     let dual = scene.dual;
     let points: Vec<Vec3> = patches.seed.iter().map(|&f| dual.centroid[f as usize]).collect();
     let ways: Vec<Vec3> = patches.seed.iter().map(|&f| scale(dual.normal[f as usize], -1.0)).collect();
@@ -244,7 +275,8 @@ fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: 
         (facing && q != p as u32)
             .then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
     };
-    Ok((0..points.len()).into_par_iter().filter_map(opposite).collect())
+    let ties = (0..points.len()).into_par_iter().filter_map(opposite).collect();
+    Ok((ties, width))
 }
 
 /// The faces that some input faces were cut into, sorted along a direction to be searched.

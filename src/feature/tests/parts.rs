@@ -1,0 +1,119 @@
+//! Whole parts: which features are found, and what they measure.
+
+use super::*;
+
+#[test]
+fn another_tessellation_gives_the_same_features() {
+    let find = |steps: u32, n: u32, threads: usize| {
+        on_mesh(&pin_on_disc(1.0, 14.0, 1.5, steps, n), threads, |mesh, job| {
+            find_features(mesh, &FeatureOptions::default(), job)
+        })
+    };
+    let [coarse, rough, fine] = [(5, 32), (4, 24), (10, 64)].map(|(steps, n)| find(steps, n, 2));
+    for found in [&coarse, &rough, &fine] {
+        // the ring in the middle of the fillet may be a feature of its own, but no finding
+        assert!(found.features.len() >= 2 && found.features[2..].iter().all(|f| f.ratio < 5.0));
+        let pin = &found.features[1];
+        assert_eq!(pin.kind, Kind::Bar);
+        near(pin.d2_max.width, 2.0, 0.03);
+        // from the end of the fillet to the middle of the top
+        near(pin.d1_max, 12.5 + 1.0, 0.01);
+    }
+    for found in [&coarse, &rough] {
+        (0..2).for_each(|k| near(found.features[k].ratio, fine.features[k].ratio, 0.03));
+    }
+    let again = find(5, 32, 1);
+    assert_eq!(again.face_feature, coarse.face_feature);
+    assert_eq!(again.features, coarse.features);
+}
+
+#[test]
+fn a_ring_of_very_many_faces_is_that_of_few() {
+    let ring = |n: u32, m: u32| {
+        let angle = |k: u32, of: u32| 2.0 * PI * f64::from(k) / f64::from(of);
+        let point = |k: u32| {
+            let (a, b) = (angle(k / m, n), angle(k % m, m));
+            let r = 10.0 + b.cos();
+            [r * a.cos(), r * a.sin(), b.sin()]
+        };
+        let at = |i: u32, j: u32| m * (i % n) + j % m;
+        let cells = (0..n).flat_map(|i| (0..m).map(move |j| [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]));
+        let shape: Faces =
+            ((0..n * m).map(point).collect(), cells.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect());
+        on_mesh(&shape, 2, |mesh, job| find_features(mesh, &FeatureOptions::default(), job))
+    };
+    let [few, many] = [ring(90, 24), ring(720, 48)].map(|f| f.features);
+    assert_eq!((few.len(), many.len()), (1, 1));
+    let (few, many) = (&few[0], &many[0]);
+    assert!(many.faces as usize > crate::mesh::proxy::REFERENCE_LIMIT);
+    assert_eq!((few.kind, many.kind), (Kind::Ring, Kind::Ring));
+    near(many.d1_max, few.d1_max, 0.01);
+    near(many.d2_max.width, 2.0, 0.02);
+    assert!(many.d1_upper >= many.d1_max);
+    // the box is that of all vertices
+    near(many.bounds.size[0], 22.0, 1e-3);
+}
+
+#[test]
+fn plates_in_an_angle_are_two_walls_a_box_and_a_bent_sheet_are_one() {
+    let angle = [[[24.0, 0.0], [0.0, 0.0], [0.0, 20.0]], [[24.0, 2.0], [2.0, 2.0], [2.0, 20.0]]];
+    let walls = features_of(&folded(&angle[0], &angle[1], false, 36.0));
+    assert_eq!(walls.len(), 2);
+    for (wall, length) in walls.iter().zip([24.0, 18.0]) {
+        assert_eq!(wall.kind, Kind::Wall);
+        near(wall.d2_max.width, 2.0, 0.01);
+        // from corner to corner, and around the rim
+        assert!((0.93..1.07).contains(&(wall.d1_max / 36.0f64.hypot(length + 1.0))), "{} {length}", wall.d1_max);
+    }
+    // four walls that close
+    let tube =
+        [[[0.0, 0.0], [22.0, 0.0], [22.0, 18.0], [0.0, 18.0]], [[2.0, 2.0], [20.0, 2.0], [20.0, 16.0], [2.0, 16.0]]];
+    assert_eq!(features_of(&folded(&tube[0], &tube[1], true, 36.0)).len(), 1);
+    // around radii of 4 and 2
+    let bend = |r: f64| {
+        (0..=6).map(move |k| 0.5 * PI * f64::from(k) / 6.0).map(move |a| [4.0 - r * a.sin(), 4.0 - r * a.cos()])
+    };
+    let outer: Vec<[f64; 2]> = [[24.0, 0.0]].into_iter().chain(bend(4.0)).chain([[0.0, 20.0]]).collect();
+    let inner: Vec<[f64; 2]> = [[24.0, 2.0]].into_iter().chain(bend(2.0)).chain([[2.0, 20.0]]).collect();
+    let bent = features_of(&folded(&outer, &inner, false, 36.0));
+    assert_eq!(bent.len(), 1);
+    near(bent[0].d2_max.width, 2.0, 0.03);
+}
+
+#[test]
+fn a_boss_lower_than_wide_is_as_thick_as_it_is_high() {
+    let profile = [[0.0, -8.0], [12.0, -8.0], [12.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
+    let found = features_of(&revolved(&profile, 32));
+    assert_eq!(found.len(), 2);
+    near(found[1].d2_max.width, 3.0, 1e-6);
+}
+
+#[test]
+fn the_outer_tines_of_a_fork_are_tines() {
+    let row = ["###############", "#####.........."];
+    let fork = cut_out(&[row[0], row[1], row[1], row[0], row[1], row[1], row[0]], 2.4, 2.6);
+    let found = features_of(&fork);
+    assert_eq!(found.len(), 4);
+    for tine in &found[1..] {
+        assert_eq!(tine.kind, Kind::Bar);
+        near(tine.d2_max.width, 2.4, 0.02);
+        near(tine.d1_max, 10.0 * 2.4 + 1.2, 0.06);
+    }
+}
+
+#[test]
+fn the_floor_of_a_cup_is_one_with_its_wall_and_the_crown_of_a_piston_is_not() {
+    // upside down: a wall of 1.5 with a floor of the same, and with a crown four times as thick
+    let cap = |top: f64| {
+        let inner = [[0.0, 20.0], [10.5, 20.0], [10.5, 0.0]];
+        let outer = [[12.0, 0.0], [12.0, 20.0], [12.0, top], [0.0, top]];
+        features_of(&revolved(&[&inner[..], &outer[..]].concat(), 40))
+    };
+    let cup = cap(21.5);
+    assert_eq!(cup.len(), 1);
+    near(cup[0].d2_max.width, 1.5, 0.05);
+    let piston = cap(26.0);
+    assert_eq!(piston.len(), 2);
+    near(piston[0].d2_max.width, 1.5, 0.05);
+    near(piston[1].d2_max.width, 6.0, 0.05);
+}

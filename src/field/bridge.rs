@@ -17,6 +17,8 @@ use rayon::prelude::*;
 const NEAR: f64 = 1.5;
 /// Points are around a vertex of the reference if they are no further from it than this many spacings.
 const AROUND: f64 = 2.5;
+/// Points are on one side of a thin wall if the way between them is no longer than so many times their distance.
+const DETOUR: f64 = 1.5;
 /// Points whose spread in a direction is less than this share of all their spread, squared, tell nothing about it.
 const RIDGE: f64 = 1e-4;
 /// A point counts up to this many times more than in the mean, or as much less.
@@ -151,16 +153,26 @@ impl<'a> Bridge<'a> {
     /// The points whose values make that of a vertex of the mesh, whose place this is: the corners of its triangle or,
     /// where that is a sliver that reaches farther than its neighbours lie, points near by. Weights add up to 1, the
     /// heaviest is first.
-    fn shares(&self, v: usize, place: &Place, out: &mut Vec<Share>) {
+    fn shares(&self, v: usize, place: &Place, d1: &Eccentricity, out: &mut Vec<Share>) {
         let (surface, t) = (self.surface, self.surface.triangles[place.face as usize]);
         out.clear();
         let radius = NEAR * surface.spacing;
         let at = |u: u32| surface.positions[u as usize];
         let p = at_weights(t.map(at), place.weights);
         if (0..3).any(|k| distance(at(t[k]), at(t[(k + 1) % 3])) > radius) {
+            // no D1 differs from another by more than the way between them, unless that is round an edge of a thin wall
+            let bounds = |u: u32| d1.upper[u as usize] - d1.lower[u as usize];
+            let on_one_side = |u: u32| {
+                t.iter().all(|&k| {
+                    let differ = (d1.distance[u as usize] - d1.distance[k as usize]).abs();
+                    differ <= DETOUR * distance(at(u), at(k)) + bounds(u).min(bounds(k))
+                })
+            };
             let mut take = |point: u32, gap: f64| {
-                let weight = (1.0 - gap / radius).powi(2);
-                out.push(Share { point, weight, linear: weight });
+                if on_one_side(point) {
+                    let weight = (1.0 - gap / radius).powi(2);
+                    out.push(Share { point, weight, linear: weight });
+                }
             };
             match self.known(v) {
                 Some(near) => {
@@ -190,7 +202,7 @@ impl<'a> Bridge<'a> {
             if self.face[v] == NONE {
                 return ([f64::NAN; 3], NONE);
             }
-            self.shares(v, &self.place(self.face[v], self.positions[v]), shares);
+            self.shares(v, &self.place(self.face[v], self.positions[v]), d1, shares);
             let value: f64 = shares.iter().map(|s| s.linear * d1.distance[s.point as usize]).sum();
             let gap = |values: &[f64]| -> f64 {
                 shares.iter().map(|s| s.weight * (values[s.point as usize] - d1.distance[s.point as usize])).sum()

@@ -28,7 +28,7 @@ const LOOKED_AT: usize = 1_000;
 /// What distances may be off by is taken from the tolerance, but at least this share of it is left.
 const LEAST_AIM: f64 = 0.4;
 /// Share of the rest that is aimed at: values are as far off as their lower bounds, and those by up to the whole gap.
-const AIM: f64 = 0.6;
+const AIM: f64 = 0.4;
 
 /// A column of sources, at most one a component, and its field.
 pub type Column = (Vec<u32>, Vec<f64>);

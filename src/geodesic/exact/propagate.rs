@@ -272,7 +272,13 @@ impl Wave<'_> {
             (second.unwrap_or(0.0), first.unwrap_or(len))
         };
         if b0 < b1 {
-            self.place(Window::new(corner.edge, crossing.face, (b0, b1), (ax, ay), sigma));
+            let w = Window::new(corner.edge, crossing.face, (b0, b1), (ax, ay), sigma);
+            // as when it is propagated, by when most of what leaves a vertex has lost
+            let [o, e] = self.mesh.ends[corner.edge as usize];
+            let (d_o, d_e) = (self.state.dist[o as usize], self.state.dist[e as usize]);
+            if !self.useless(o, d_o + b1 - w.at(b1)) && !self.useless(e, d_e + (len - b0) - w.at(b0)) {
+                self.place(w);
+            }
         }
     }
 

@@ -27,8 +27,8 @@ const GENERIC: Vec3 = [0.537_721, 0.833_907, 0.124_889];
 const ROUGH: f64 = 0.12;
 /// Share of a fillet's turn that may go the other way or lie beyond its ends.
 const STRAY: f64 = 0.25;
-/// A concave edge is the bottom of a pleat, and counts as flat, if within twice the reach on both sides of it there is a convex edge
-/// nearly parallel to it that turns by this share of its turn: a twisted wall in coarse triangles is pleated.
+/// A concave edge is the bottom of a pleat, and counts as flat, if within twice the reach on both sides of it there is a
+/// convex edge nearly parallel to it that turns by this share of its turn: a twisted wall in coarse triangles is pleated.
 const PLEAT: f64 = 0.5;
 /// Edges crossed by one walk.
 const CROSSINGS: usize = 200;

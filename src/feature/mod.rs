@@ -132,7 +132,8 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let sheet = sheets::closed_or_bent(&dual, &joined, &places)?;
     let joined: Vec<u32> = joined.iter().map(|&s| sheet[s as usize]).collect();
     // --- thin walls on thick bodies without a crease between
-    let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places)?;
+    let min_area = wanted.min_area * dual.area.iter().sum::<f64>();
+    let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places, min_area)?;
     let face_feature = numbered(positions, &triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures

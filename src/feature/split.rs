@@ -22,7 +22,7 @@ const PART: f64 = 0.1;
 const LARGE: f64 = 8.0;
 
 /// Labels with the thin walls of thick features split off: the label of each face, new ones after the old. `places` as
-/// measured on these faces.
+/// measured on these faces. What is smaller than `min_area` is not split off.
 ///
 /// # Errors
 /// [`crate::error::Error::NoMemory`].
@@ -32,6 +32,7 @@ pub fn at_jumps(
     topology: &Topology,
     label: &[u32],
     places: &[Place],
+    min_area: f64,
 ) -> Result<Vec<u32>> {
     // --- the width of every face that has places
     let mut sums = vec![(0.0, 0.0); triangles.len()];
@@ -68,7 +69,7 @@ pub fn at_jumps(
         }
     }
     let piece: Vec<u32> = (0..triangles.len() as u32).map(|f| sets.root(f)).collect();
-    let split = split_off(positions, triangles, label, &piece, places);
+    let split = split_off(positions, triangles, label, &piece, (places, min_area));
     parted(positions, triangles, topology, label, split)
 }
 
@@ -145,7 +146,7 @@ fn split_off(
     triangles: &[[u32; 3]],
     label: &[u32],
     piece: &[u32],
-    places: &[Place],
+    (places, min_area): (&[Place], f64),
 ) -> Vec<u32> {
     let mut pieces: BTreeMap<u32, Piece> = BTreeMap::new();
     for (f, &t) in triangles.iter().enumerate() {
@@ -171,7 +172,7 @@ fn split_off(
     for (&k, p) in pieces.iter().filter(|p| p.1.measured.0 > 0.0) {
         let whole = &largest[&p.label];
         let thin = mean(p) < THIN * mean(whole) && p.measured.2 >= OWN * p.measured.0;
-        if thin && p.area >= LARGE * mean(p) * mean(p) {
+        if thin && p.area >= (LARGE * mean(p) * mean(p)).max(min_area) {
             new.insert(k, next);
             next += 1;
         }

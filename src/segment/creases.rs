@@ -27,6 +27,9 @@ const GENERIC: Vec3 = [0.537_721, 0.833_907, 0.124_889];
 const ROUGH: f64 = 0.12;
 /// Share of a fillet's turn that may go the other way or lie beyond its ends.
 const STRAY: f64 = 0.25;
+/// A concave edge is the bottom of a pleat, and counts as flat, if within twice the reach on both sides of it there is a
+/// convex edge nearly parallel to it that turns by this share of its turn: a twisted wall in coarse triangles is pleated.
+const PLEAT: f64 = 0.5;
 /// Edges crossed by one walk.
 const CROSSINGS: usize = 200;
 
@@ -77,7 +80,8 @@ pub fn gather(dual: &mut Dual, walker: &Walker<'_>, reach: f64, job: &Job) -> Re
             let back = walks[0].back + walks[1].back;
             let beyond = walks[0].beyond + walks[1].beyond;
             let fillet = back <= STRAY * whole && beyond <= STRAY * whole && whole > own * (1.0 + 1e-6);
-            Ok(fillet.then_some(if middle { whole } else { 0.0 }))
+            let pleat = walks[0].ridge.min(walks[1].ridge) >= PLEAT * own;
+            Ok(if fillet { Some(if middle { whole } else { 0.0 }) } else { pleat.then_some(0.0) })
         })
         .collect::<Result<_>>()?;
     for ((_, s), whole) in pairs.iter().zip(gathered) {
@@ -95,6 +99,8 @@ struct Walk {
     near: f64,
     /// Convex, within the reach.
     back: f64,
+    /// Of the sharpest convex edge within twice the reach that is nearly square to the walk.
+    ridge: f64,
     /// Concave, from there to twice the reach.
     beyond: f64,
     /// Unit vector in which it sets out.
@@ -117,7 +123,7 @@ impl Walker<'_> {
             }
             let twin = self.topology.twin(exit);
             let turn = turn_of_edge[self.topology.edge_of_halfedge[exit as usize] as usize];
-            if twin == NONE || turn.abs() >= SHARP {
+            if twin == NONE || turn >= SHARP {
                 break;
             }
             let (Some(out), Some(into)) = (self.inward(exit), self.inward(twin)) else { break };
@@ -127,7 +133,10 @@ impl Walker<'_> {
             let along = scale(along, 1.0 / norm(along).max(f64::MIN_POSITIVE));
             // only as much of the turn as the line runs square to the edge
             let square = (-dot(way, out)).clamp(0.0, 1.0);
-            if turn.abs() >= COARSE && square < PARALLEL {
+            if square >= PARALLEL {
+                sum.ridge = sum.ridge.max(-turn);
+            }
+            if turn <= -SHARP || (turn.abs() >= COARSE && square < PARALLEL) {
                 break;
             }
             if walked <= reach {

@@ -117,3 +117,21 @@ fn the_floor_of_a_cup_is_one_with_its_wall_and_the_crown_of_a_piston_is_not() {
     near(piston[0].d2_max.width, 1.5, 0.05);
     near(piston[1].d2_max.width, 6.0, 0.05);
 }
+
+#[test]
+fn a_twisted_strip_in_coarse_triangles_is_one_wall() {
+    // twisted by 160 degrees in 36 steps: across each step a concave and a convex edge of 40 degrees
+    let ring = |k: u32| {
+        let (s, c) = (160f64.to_radians() * f64::from(k) / 36.0).sin_cos();
+        [[-5.0, -0.75], [5.0, -0.75], [5.0, 0.75], [-5.0, 0.75]]
+            .map(|[y, z]: [f64; 2]| [f64::from(k), c * y - s * z, s * y + c * z])
+    };
+    let side = |a: u32, b: u32| [[a, b, b + 4], [a, b + 4, a + 4]];
+    let sides = (0..36u32).flat_map(|k| (0..4).flat_map(move |j| side(4 * k + j, 4 * k + (j + 1) % 4)));
+    let ends = [[0, 2, 1], [0, 3, 2], [144, 145, 146], [144, 146, 147]];
+    let found = features_of(&((0..=36).flat_map(ring).collect(), sides.chain(ends).collect()));
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].kind, Kind::Wall);
+    // the longest ways are those along the edges, which are helices
+    near(found[0].d1_max, 36f64.hypot(5.0 * 160f64.to_radians()), 0.1);
+}

@@ -152,9 +152,11 @@ fn thin_walls_part_from_thick_bodies() {
     let topology = Topology::new(&p, &t).unwrap();
     let width = |f: u32| if f / 2 == 1 { 1.0 } else { 10.0 };
     let places: Vec<Place> = (0..6).map(|f| place(f, width(f), f ^ 1, 10.0)).collect();
-    let split = |label: &[u32], places: &[Place]| split::at_jumps(&p, &t, &topology, label, places).unwrap();
+    let split = |label: &[u32], places: &[Place]| split::at_jumps(&p, &t, &topology, label, places, 16.0).unwrap();
     let found = split(&[0; 12], &places);
     assert_eq!(found, [0, 0, 1, 1, 2, 2, 0, 0, 1, 1, 2, 2].map(|l| [0, 1, 2][l]));
+    // it is 8 x 2.05: less than is wanted
+    assert_eq!(split::at_jumps(&p, &t, &topology, &[0; 12], &places, 17.0).unwrap(), [0; 12]);
     // a wall that faces something else is the face of a body
     let other: Vec<Place> = places.iter().map(|p| Place { facing: NONE, ..*p }).collect();
     assert_eq!(split(&[0; 12], &other), [0; 12]);
@@ -170,7 +172,7 @@ fn thin_walls_part_from_thick_bodies() {
     // a remnant beyond the wall is no feature
     let (p, t) = grid(&[0.0, 12.0, 20.0, 20.5], &[0.0, 2.0, 2.05]);
     let topology = Topology::new(&p, &t).unwrap();
-    let found = split::at_jumps(&p, &t, &topology, &[0; 12], &places).unwrap();
+    let found = split::at_jumps(&p, &t, &topology, &[0; 12], &places, 0.0).unwrap();
     assert_eq!(found, [0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0]);
     assert_eq!(split(&[0; 12], &[]), [0; 12]);
 }

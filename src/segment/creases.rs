@@ -101,6 +101,16 @@ struct Walk {
     way: Vec3,
 }
 
+/// Where a line leaves a face.
+struct Exit {
+    halfedge: u32,
+    /// Unit vector square to it, into the face that is left.
+    inward: Vec3,
+    point: Vec3,
+    /// Length of the line within the face.
+    length: f64,
+}
+
 impl Walker<'_> {
     /// What a straight line turns that starts in the middle of `halfedge`, square to it, and goes into its face.
     fn walk(&self, halfedge: u32, turn_of_edge: &[f64], reach: f64) -> Walk {
@@ -110,7 +120,7 @@ impl Walker<'_> {
         let Some(mut way) = self.inward(h) else { return Walk::default() };
         let (mut sum, mut walked) = (Walk { way, ..Walk::default() }, 0.0);
         for _ in 0..CROSSINGS {
-            let Some((exit, point, length)) = self.leave(h, at, way) else { break };
+            let Some(Exit { halfedge: exit, inward: out, point, length }) = self.leave(h, at, way) else { break };
             walked += length;
             if walked > 2.0 * reach {
                 break;
@@ -120,7 +130,7 @@ impl Walker<'_> {
             if twin == NONE || turn.abs() >= SHARP {
                 break;
             }
-            let (Some(out), Some(into)) = (self.inward(exit), self.inward(twin)) else { break };
+            let Some(into) = self.inward(twin) else { break };
             // the line keeps its angle with the edge
             let (p, q) = self.ends(exit);
             let along = sub(q, p);
@@ -160,18 +170,18 @@ impl Walker<'_> {
         (length > 0.0).then(|| scale(v, 1.0 / length))
     }
 
-    /// Where the line from `at` on half-edge `h` in direction `way` leaves the face of `h`: half-edge, point, distance.
-    fn leave(&self, h: u32, at: Vec3, way: Vec3) -> Option<(u32, Vec3, f64)> {
+    /// Where the line from `at` on half-edge `h` in direction `way` leaves the face of `h`.
+    fn leave(&self, h: u32, at: Vec3, way: Vec3) -> Option<Exit> {
         let f = h - h % 3;
-        let mut best: Option<(u32, Vec3, f64)> = None;
+        let mut best: Option<Exit> = None;
         for g in [f + (h + 1) % 3, f + (h + 2) % 3] {
             let inward = self.inward(g)?;
             let speed = -dot(way, inward);
             let distance = dot(sub(at, self.ends(g).0), inward);
             if speed > 0.0 {
                 let length = (distance / speed).max(0.0);
-                if best.is_none_or(|b| length < b.2) {
-                    best = Some((g, add(at, scale(way, length)), length));
+                if best.as_ref().is_none_or(|b| length < b.length) {
+                    best = Some(Exit { halfedge: g, inward, point: add(at, scale(way, length)), length });
                 }
             }
         }

@@ -18,6 +18,7 @@ pub mod kmeans;
 pub mod measure;
 mod parts;
 pub mod patches;
+mod queue;
 mod reach;
 mod refine;
 pub mod ring;

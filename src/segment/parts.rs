@@ -228,23 +228,35 @@ fn across(scene: &Scene<'_>, surface: &AnalysisSurface, patches: &Patches, job: 
     let points: Vec<Vec3> = patches.seed.iter().map(|&f| dual.centroid[f as usize]).collect();
     let ways: Vec<Vec3> = patches.seed.iter().map(|&f| scale(dual.normal[f as usize], -1.0)).collect();
     let parents: Vec<u32> = patches.seed.iter().map(|&f| scene.parent[f as usize]).collect();
-    let width = widths_at(scene.rays, &points, &parents, &Cone::new(cone::RAYS, cone::ANGLE)?, job)?;
     let met = first_met(scene.rays, &points, &ways, Some(&parents), job)?;
     let children = Children::new(surface, &dual.centroid, met.iter().map(|m| m.face))?;
-    let opposite = |p: usize| -> Option<Tie> {
-        // also false for a NaN; a longer way runs along the wall, not across it
-        if !(met[p].distance <= ACROSS * width[p]) {
-            return None;
-        }
-        let hit = add(points[p], scale(ways[p], met[p].distance));
-        let g = children.nearest(met[p].face, hit)?;
+    // --- the patch straight across, if it faces away
+    let opposite = |p: usize| -> Option<[u32; 2]> {
+        let g = children.nearest(met[p].face, add(points[p], scale(ways[p], met[p].distance)))?;
         let q = patches.of_face[g as usize];
-        // from the far side too: below a pin the ray runs across the plate and along the pin
-        let facing = dot(dual.normal[g as usize], ways[p]) > OPPOSED && met[p].distance <= ACROSS * width[q as usize];
-        (facing && q != p as u32)
-            .then(|| ([p as u32, q], NEUTRAL * patches.area[p].min(patches.area[q as usize]).sqrt()))
+        (dot(dual.normal[g as usize], ways[p]) > OPPOSED && q != p as u32).then_some([p as u32, q])
     };
-    Ok((0..points.len()).into_par_iter().filter_map(opposite).collect())
+    let mut pairs: Vec<[u32; 2]> = (0..points.len()).into_par_iter().filter_map(opposite).collect();
+    // --- a way that is longer than the wall is wide runs along it, not across it; from the far side too: below a pin the
+    // ray runs across the plate and along the pin
+    let cone = Cone::new(cone::RAYS, cone::ANGLE)?;
+    let mut width = try_filled(points.len(), None, "widths")?;
+    for side in [0, 1] {
+        let mut unknown: Vec<u32> = try_vec(pairs.len(), "widths")?;
+        unknown.extend(pairs.iter().map(|p| p[side]).filter(|&p| width[p as usize].is_none()));
+        unknown.sort_unstable();
+        unknown.dedup();
+        let at: Vec<Vec3> = unknown.iter().map(|&p| points[p as usize]).collect();
+        let on: Vec<u32> = unknown.iter().map(|&p| parents[p as usize]).collect();
+        let found = widths_at(scene.rays, &at, &on, &cone, job)?;
+        unknown.iter().zip(found).for_each(|(&p, w)| width[p as usize] = Some(w));
+        // also false for a NaN
+        pairs.retain(|p| width[p[side] as usize].is_some_and(|w| met[p[0] as usize].distance <= ACROSS * w));
+    }
+    let mut ties = try_vec(pairs.len(), "borders of patches")?;
+    let area = |p: u32| patches.area[p as usize];
+    ties.extend(pairs.into_iter().map(|[p, q]| ([p, q], NEUTRAL * area(p).min(area(q)).sqrt())));
+    Ok(ties)
 }
 
 /// The faces that some input faces were cut into, sorted along a direction to be searched.

@@ -8,7 +8,7 @@
 
 use super::creases::Walker;
 use super::dual::{Dual, step_count};
-use crate::error::Result;
+use crate::error::{Result, try_filled};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, cross, dot, norm, scale, sub};
@@ -101,8 +101,10 @@ pub fn draw(dual: &mut Dual, walker: &Walker<'_>, job: &Job) -> Result<()> {
         return Ok(());
     }
     let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    let mut is_end = try_filled(walker.positions.len(), false, "ends of creases")?;
+    ends.keys().for_each(|&v| is_end[v as usize] = true);
     for (f, t) in walker.triangles.iter().enumerate() {
-        for v in t.iter().filter(|v| ends.contains_key(*v)) {
+        for v in t.iter().filter(|v| is_end[**v as usize]) {
             around.entry(*v).or_default().push(f as u32);
         }
     }

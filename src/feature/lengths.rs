@@ -14,6 +14,8 @@ use crate::mesh::simplify::{SimplifyOptions, nearest_in_triangle};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use crate::mesh::used::Used;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Points inside faces that ways may end at.
 const SAMPLES: usize = 600;
@@ -64,47 +66,133 @@ struct Search<'a> {
     windows: usize,
 }
 
+/// The directions of a box's diagonals, none quite square to another.
+const DIAGONALS: [Vec3; 4] = [[1.0, 1.0, 1.0], [-1.0, 1.0, 0.9], [1.0, -1.0, 0.8], [1.0, 1.0, -1.1]];
+
+/// All ways from one point.
+struct Spread {
+    /// By point; infinite where there is none.
+    lengths: Vec<f64>,
+    windows: usize,
+}
+
+impl Spread {
+    /// The farthest point from point `k`, which these ways lead from, and how far it is.
+    fn far_end(&self, k: usize) -> (usize, f64) {
+        let far = |m: (usize, f64), (i, &d): (usize, &f64)| if d.is_finite() && d > m.1 { (i, d) } else { m };
+        self.lengths.iter().enumerate().fold((k, 0.0), far)
+    }
+}
+
+/// Ways that were followed before it was their turn, by the point that they lead from: who was the first in turn to want
+/// them, and they themselves once known.
+#[derive(Default)]
+struct Ahead(Mutex<BTreeMap<usize, (usize, Option<Arc<Spread>>)>>);
+
+impl Ahead {
+    fn entries(&self) -> MutexGuard<'_, BTreeMap<usize, (usize, Option<Arc<Spread>>)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether one before `turn` wants, or the same did, the ways from a point; if not, this one does.
+    fn is_claimed(&self, k: usize, turn: usize) -> bool {
+        let mut entries = self.entries();
+        let (by, _) = entries.entry(k).or_insert((usize::MAX, None));
+        let claimed = *by <= turn;
+        *by = turn.min(*by);
+        claimed
+    }
+
+    fn known(&self, k: usize) -> Option<Arc<Spread>> {
+        self.entries().get(&k)?.1.clone()
+    }
+
+    fn add(&self, k: usize, all: Arc<Spread>) -> Arc<Spread> {
+        if let Some(entry) = self.entries().get_mut(&k) {
+            entry.1 = Some(Arc::clone(&all));
+        }
+        all
+    }
+}
+
 impl Search<'_> {
     fn point(&self, k: usize) -> SurfacePoint {
         if k < self.vertices { SurfacePoint::Vertex(k as u32) } else { self.samples[k - self.vertices] }
     }
 
-    /// Follows all ways from point `k`; returns the farthest point and how far it is.
-    fn spread(&mut self, k: usize, scratch: &mut Scratch, job: &Job) -> Result<(usize, f64)> {
+    /// Follows all ways from point `k`.
+    fn follow(&self, k: usize, scratch: &mut Scratch, job: &Job) -> Result<Arc<Spread>> {
         let found = self.solver.distances_at(self.point(k), &self.queries, &self.limits, scratch, job)?;
-        self.windows += found.windows;
+        let mut lengths = found.vertices;
+        lengths.extend(&found.queries);
+        Ok(Arc::new(Spread { lengths, windows: found.windows }))
+    }
+
+    /// Takes in all ways from point `k`; returns the farthest point and how far it is.
+    fn learn(&mut self, k: usize, all: &Spread) -> Result<(usize, f64)> {
         self.used[k] = true;
-        let mut all = found.vertices;
-        all.extend(&found.queries);
-        let far = |m: (usize, f64), (i, &d): (usize, &f64)| if d.is_finite() && d > m.1 { (i, d) } else { m };
-        let (end, reach) = all.iter().enumerate().fold((k, 0.0), far);
+        self.windows += all.windows;
+        let (end, reach) = all.far_end(k);
         if reach > self.best.0 {
             self.best = (reach, [k, end]);
         }
         // ways that were given up are ways, too
         if self.place.len() <= MANY_POINTS {
-            self.ways.add(&all)?;
+            self.ways.add(&all.lengths)?;
         }
-        self.reach.iter_mut().zip(&all).for_each(|(most, d)| *most = most.min(d + reach));
+        self.reach.iter_mut().zip(&all.lengths).for_each(|(most, d)| *most = most.min(d + reach));
         Ok((end, reach))
     }
 
     /// Starts at the ends of the box's diagonals, and from where these ways lead.
     fn sweep(&mut self, scratch: &mut Scratch, job: &Job) -> Result<()> {
-        for way in [[1.0, 1.0, 1.0], [-1.0, 1.0, 0.9], [1.0, -1.0, 0.8], [1.0, 1.0, -1.1]] {
+        let along = |way: Vec3| {
             let along = |k: usize| dot(self.place[k], way);
-            let Some(mut from) = (0..self.place.len()).max_by(|&a, &b| along(a).total_cmp(&along(b))) else { break };
-            let mut longest = 0.0;
+            (0..self.place.len()).max_by(|&a, &b| along(a).total_cmp(&along(b)))
+        };
+        let starts: Vec<usize> = DIAGONALS.into_iter().filter_map(along).collect();
+        let ahead = Ahead::default();
+        if rayon::current_num_threads() > 1 && self.place.len() <= MANY_POINTS {
+            let this = &*self;
+            starts.par_iter().enumerate().try_for_each(|(turn, &start)| this.sweep_ahead(turn, start, &ahead, job))?;
+        }
+        for from in starts {
+            let (mut from, mut longest) = (from, 0.0);
             for _ in 0..SOURCES.0 / 2 {
                 if self.used[from] {
                     break;
                 }
-                let (end, reach) = self.spread(from, scratch, job)?;
+                let all = match ahead.known(from) {
+                    Some(all) => all,
+                    None => self.follow(from, scratch, job)?,
+                };
+                let (end, reach) = self.learn(from, &all)?;
                 if reach <= longest {
                     break;
                 }
                 (from, longest) = (end, reach);
             }
+        }
+        Ok(())
+    }
+
+    /// Follows what one start of a sweep leads to, before it is its `turn`: as far as those before it have not come there.
+    fn sweep_ahead(&self, turn: usize, start: usize, ahead: &Ahead, job: &Job) -> Result<()> {
+        let mut scratch = Scratch::default();
+        let (mut from, mut longest) = (start, 0.0);
+        for _ in 0..SOURCES.0 / 2 {
+            if ahead.is_claimed(from, turn) {
+                break;
+            }
+            let all = match ahead.known(from) {
+                Some(all) => all,
+                None => ahead.add(from, self.follow(from, &mut scratch, job)?),
+            };
+            let (end, reach) = all.far_end(from);
+            if reach <= longest {
+                break;
+            }
+            (from, longest) = (end, reach);
         }
         Ok(())
     }
@@ -129,9 +217,12 @@ impl Search<'_> {
             });
             let Some(((upper, end), from)) = widest else { return Ok(floor) };
             let next = [end, from].into_iter().find(|&k| !self.used[k as usize]);
-            let Some(next) = next.filter(|_| round < SOURCES.1 && self.windows <= WINDOWS) else { return Ok(upper) };
+            let Some(next) = next.filter(|_| round < SOURCES.1 && self.windows <= WINDOWS) else {
+                return Ok(upper);
+            };
             open = most.into_iter().map(|m| m.1).collect();
-            self.spread(next as usize, scratch, job)?;
+            let all = self.follow(next as usize, scratch, job)?;
+            self.learn(next as usize, &all)?;
         }
         Ok(f64::INFINITY)
     }

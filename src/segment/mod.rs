@@ -184,7 +184,7 @@ fn find(mesh: &TriMesh, triangles: &[[u32; 3]], rays: &RayMesh, options: &Segmen
         }
     };
     job.advance(1)?;
-    let topology = Topology::new(&surface.positions, &surface.triangles)?;
+    let topology = Topology::edges_of(surface.positions.len(), &surface.triangles)?;
     let mut dual = Dual::new(&surface.positions, &surface.triangles, &topology)?;
     let rank = ranks(&dual.centroid)?;
     job.begin(Stage::Segment, 0.1, 0.5, 4)?;

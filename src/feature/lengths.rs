@@ -84,32 +84,37 @@ impl Spread {
     }
 }
 
-/// Ways that were followed before it was their turn, by the point that they lead from: who was the first in turn to want
-/// them, and they themselves once known.
+/// Ways that were followed before it was their turn, by the point that they lead from.
 #[derive(Default)]
-struct Ahead(Mutex<BTreeMap<usize, (usize, Option<Arc<Spread>>)>>);
+struct Ahead(Mutex<BTreeMap<usize, Claim>>);
+
+/// Who was the first in turn to want some ways, and they themselves once known.
+struct Claim {
+    turn: usize,
+    all: Option<Arc<Spread>>,
+}
 
 impl Ahead {
-    fn entries(&self) -> MutexGuard<'_, BTreeMap<usize, (usize, Option<Arc<Spread>>)>> {
+    fn entries(&self) -> MutexGuard<'_, BTreeMap<usize, Claim>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether one before `turn` wants, or the same did, the ways from a point; if not, this one does.
     fn is_claimed(&self, k: usize, turn: usize) -> bool {
         let mut entries = self.entries();
-        let (by, _) = entries.entry(k).or_insert((usize::MAX, None));
-        let claimed = *by <= turn;
-        *by = turn.min(*by);
+        let claim = entries.entry(k).or_insert(Claim { turn: usize::MAX, all: None });
+        let claimed = claim.turn <= turn;
+        claim.turn = turn.min(claim.turn);
         claimed
     }
 
     fn known(&self, k: usize) -> Option<Arc<Spread>> {
-        self.entries().get(&k)?.1.clone()
+        self.entries().get(&k)?.all.clone()
     }
 
     fn add(&self, k: usize, all: Arc<Spread>) -> Arc<Spread> {
-        if let Some(entry) = self.entries().get_mut(&k) {
-            entry.1 = Some(Arc::clone(&all));
+        if let Some(claim) = self.entries().get_mut(&k) {
+            claim.all = Some(Arc::clone(&all));
         }
         all
     }

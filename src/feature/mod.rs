@@ -111,7 +111,11 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     segment::admit(mesh, &wanted, job)?;
     let positions = mesh.positions();
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    let walls = WallMesh::new(positions, &triangles, job)?;
+    let (walls, ground) = rayon::join(
+        || WallMesh::new(positions, &triangles, job),
+        || segment::lay_out(positions, &triangles, &wanted, job),
+    );
+    let (walls, ground) = (walls?, ground?);
     let own;
     let rays = match walls.rays() {
         Some(rays) => rays,
@@ -120,7 +124,7 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
             &own
         }
     };
-    let segments = segment::partition(mesh, &triangles, rays, &wanted, job)?;
+    let segments = segment::partition(mesh, &triangles, ground, rays, &wanted, job)?;
     job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
     let places = widths::places(positions, &triangles, rays, &walls, &segments, job)?;
     drop(walls);

@@ -52,7 +52,7 @@ struct Scratch {
     seen: Vec<Seen>,
     row: u32,
     /// What may be moved next.
-    queue: Queue,
+    queue: Queue<()>,
     moves: Vec<u32>,
 }
 
@@ -273,16 +273,16 @@ impl Cut<'_> {
             for &(u, _) in self.graph.around(v).iter().filter(|e| self.region[e.0 as usize] == other) {
                 border = true;
                 if meet(u, seen) {
-                    queue.put(u, seen[u as usize].gain);
+                    queue.put(u, seen[u as usize].gain, ());
                 }
             }
             if border && meet(v, seen) {
-                queue.put(v, seen[v as usize].gain);
+                queue.put(v, seen[v as usize].gain, ());
             }
         }
         // --- one after the other, those of the seed whatever they gain
         let (mut sum, mut best) = (0.0, (self.slight, 0));
-        while let Some(v) = seed.next().inspect(|&v| queue.remove(v)).or_else(|| queue.pop()) {
+        while let Some(v) = seed.next().inspect(|&v| queue.remove(v)).or_else(|| queue.pop().map(|p| p.0)) {
             meet(v, seen);
             sum += seen[v as usize].gain;
             seen[v as usize].moved = true;
@@ -301,7 +301,7 @@ impl Cut<'_> {
                     let there = &mut seen[u as usize];
                     if !there.moved {
                         there.gain += if r == from { 2.0 * w } else { -2.0 * w };
-                        queue.put(u, there.gain);
+                        queue.put(u, there.gain, ());
                     }
                 }
             }

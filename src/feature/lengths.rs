@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::Ways;
-use crate::geodesic::exact::{Distances, ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
+use crate::geodesic::exact::{ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
 use crate::job::Job;
 use crate::mesh::measure::{Vec3, add, area_vector, at_weights, bounding_box, corners, distance, dot, scale};
 use crate::mesh::proxy::{Proxy, REFERENCE_LIMIT};
@@ -63,6 +63,8 @@ struct Search<'a> {
     /// No way from a point is longer, by the far ends of the sources.
     reach: Vec<f64>,
     best: (f64, [usize; 2]),
+    /// The ways from the first end of the best, once there is one.
+    from_best: Option<Arc<Spread>>,
     windows: usize,
 }
 
@@ -134,12 +136,13 @@ impl Search<'_> {
     }
 
     /// Takes in all ways from point `k`; returns the farthest point and how far it is.
-    fn learn(&mut self, k: usize, all: &Spread) -> Result<(usize, f64)> {
+    fn learn(&mut self, k: usize, all: &Arc<Spread>) -> Result<(usize, f64)> {
         self.used[k] = true;
         self.windows += all.windows;
         let (end, reach) = all.far_end(k);
         if reach > self.best.0 {
             self.best = (reach, [k, end]);
+            self.from_best = Some(Arc::clone(all));
         }
         // ways that were given up are ways, too
         if self.place.len() <= MANY_POINTS {
@@ -240,6 +243,8 @@ struct Found {
     upper: f64,
     ends: [SurfacePoint; 2],
     places: [Vec3; 2],
+    /// Distance of every vertex from the first end.
+    field: Vec<f64>,
 }
 
 /// The longest way on a mesh.
@@ -258,12 +263,33 @@ fn search(
     let used = vec![false; place.len()];
     let queries = solver.prepare(&samples)?;
     let (ways, best) = (Ways::default(), (0.0, [0; 2]));
-    let mut search = Search { solver, limits, samples, queries, place, vertices, ways, used, reach, best, windows: 0 };
+    let mut search = Search {
+        solver,
+        limits,
+        samples,
+        queries,
+        place,
+        vertices,
+        ways,
+        used,
+        reach,
+        best,
+        from_best: None,
+        windows: 0,
+    };
     search.sweep(scratch, job)?;
     // every point is this near to one of those, and so is where its longest way ends
     let upper = search.narrow(scratch, job)? * (1.0 + EXCESS) + 2.0 * spacing;
     let (length, ends) = search.best;
-    Ok(Found { length, upper, ends: ends.map(|k| search.point(k)), places: ends.map(|k| search.place[k]) })
+    let points = ends.map(|k| search.point(k));
+    let field = match search.from_best.take().and_then(Arc::into_inner) {
+        Some(mut all) => {
+            all.lengths.truncate(vertices);
+            all.lengths
+        }
+        None => solver.distances(points[0], &[], &limits, scratch, job)?.vertices,
+    };
+    Ok(Found { length, upper, ends: points, places: ends.map(|k| search.place[k]), field })
 }
 
 /// A mesh of few faces that stands in for a feature of very many; none for another, or if it does not become so simple.
@@ -291,7 +317,7 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
         || (triangles.len() > MANY_FACES.0).then(|| on_stand_in((positions, triangles), size, limits, job)).transpose(),
     );
     let solver = solver?;
-    if let Some(Some((proxy, found, field))) = stand_in? {
+    if let Some(Some((proxy, found))) = stand_in? {
         let onto = |k: usize| match found.ends[k] {
             SurfacePoint::Vertex(v) => Some((SurfacePoint::Vertex(proxy.original[v as usize]), found.places[k])),
             SurfacePoint::Face { face, .. } => {
@@ -302,7 +328,7 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
         if let [Some((a, at_a)), Some((b, at_b))] = [onto(0), onto(1)] {
             let truth = solver.distances(a, &[b], &limits, &mut scratch, job)?;
             let off = |(&v, d): (&u32, &f64)| (truth.vertices[v as usize] - d).abs();
-            let off = proxy.original.iter().zip(&field).map(off).filter(|d| d.is_finite()).fold(0.0, f64::max);
+            let off = proxy.original.iter().zip(&found.field).map(off).filter(|d| d.is_finite()).fold(0.0, f64::max);
             let length = truth.queries[0];
             if off.max((length - found.length).abs()) <= MOST_DISTORTION * found.length {
                 let upper = (found.upper + 2.0 * off).max(length);
@@ -311,18 +337,16 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
         }
     }
     let found = search(&solver, (positions, triangles), limits, &mut scratch, job)?;
-    let Distances { vertices: field, .. } = solver.distances(found.ends[0], &[], &limits, &mut scratch, job)?;
-    Ok(Some(Length { length: found.length, upper: found.upper, ends: found.places, field }))
+    Ok(Some(Length { length: found.length, upper: found.upper, ends: found.places, field: found.field }))
 }
 
-/// The longest way on a mesh of fewer faces, with the distances of that mesh's vertices from its first end; none if it
-/// does not become much simpler.
+/// The longest way on a mesh of fewer faces; none if it does not become much simpler.
 fn on_stand_in(
     (positions, triangles): (&[Vec3], &[[u32; 3]]),
     size: f64,
     limits: Limits,
     job: &Job,
-) -> Result<Option<(Proxy, Found, Vec<f64>)>> {
+) -> Result<Option<(Proxy, Found)>> {
     let options = SimplifyOptions { target_faces: MANY_FACES.1, max_error: MANY_FACES.2 * size };
     let proxy = Proxy::new(positions, triangles, &options, job)?;
     if proxy.triangles.is_empty() || proxy.triangles.len() > triangles.len() / 2 {
@@ -334,8 +358,7 @@ fn on_stand_in(
         Err(Error::Degenerate(_)) => return Ok(None),
         other => other?,
     };
-    let field = solver.distances(found.ends[0], &[], &limits, &mut scratch, job)?.vertices;
-    Ok(Some((proxy, found, field)))
+    Ok(Some((proxy, found)))
 }
 
 /// The point of a mesh nearest to `p` on faces that look the same way as `facing`, and where it is.

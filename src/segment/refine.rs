@@ -12,6 +12,7 @@ use crate::error::{Result, try_filled, try_push, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 /// Rounds over all regions; two or three are usual.
 const ROUNDS: usize = 6;
@@ -86,6 +87,8 @@ struct Cut<'a> {
     /// No region below this is empty.
     full: usize,
     slight: f64,
+    /// Room for rows that nobody uses now.
+    rooms: Mutex<Vec<Scratch>>,
 }
 
 /// Betters a partition of `n` nodes by `region`, whose labels are below `n`: the sum of the `pulls` within regions grows.
@@ -110,6 +113,7 @@ pub fn refine(n: usize, pulls: &[([u32; 2], f64)], seeds: &[Vec<u32>], region: &
         changed: try_filled(n, 0, "regions")?,
         full: 0,
         slight: SLIGHT * attraction,
+        rooms: Mutex::default(),
     };
     (0..n as u32).for_each(|v| cut.parting[v as usize] = cut.alone(v));
     let mut parts: Vec<Try<'_>> = try_vec(seeds.len(), "regions")?;
@@ -130,7 +134,6 @@ impl Cut<'_> {
     /// gains nothing as long as its regions are what they were need not be tried in its turn, so that many are tried at once.
     fn all(&mut self, tries: &[Try<'_>], open: &[bool], job: &Job) -> Result<bool> {
         let mut gained = false;
-        let mut own: Option<Scratch> = None;
         for some in tries.chunks(AHEAD) {
             job.check()?;
             let due = |cut: &Cut<'_>, t: Try<'_>| {
@@ -138,11 +141,8 @@ impl Cut<'_> {
             };
             let before = self.changes;
             let this = &*self;
-            let ahead = |room: &mut Option<Scratch>, &t: &Try<'_>| {
-                if due(this, t) { this.attempt(t, room).map(Some) } else { Ok(None) }
-            };
-            let found: Vec<Option<Vec<u32>>> =
-                some.par_iter().with_min_len(AHEAD / 4).map_init(|| None, ahead).collect::<Result<_>>()?;
+            let ahead = |&t: &Try<'_>| if due(this, t) { this.attempt(t).map(Some) } else { Ok(None) };
+            let found: Vec<Option<Vec<u32>>> = some.par_iter().map(ahead).collect::<Result<_>>()?;
             for (&t, found) in some.iter().zip(found) {
                 let Some(of) = self.regions(t) else { continue };
                 if !due(self, t) {
@@ -151,7 +151,7 @@ impl Cut<'_> {
                 let as_before = of.iter().all(|&r| self.changed[r as usize] <= before);
                 let moves = match found {
                     Some(moves) if as_before => moves,
-                    _ => self.attempt(t, &mut own)?,
+                    _ => self.attempt(t)?,
                 };
                 if !moves.is_empty() {
                     self.apply(t, &moves)?;
@@ -191,15 +191,26 @@ impl Cut<'_> {
     }
 
     /// The moves that gain something; none where nothing does.
-    fn attempt(&self, t: Try<'_>, room: &mut Option<Scratch>) -> Result<Vec<u32>> {
-        let scratch = match room {
+    fn attempt(&self, t: Try<'_>) -> Result<Vec<u32>> {
+        let rooms = || self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
+        let left = rooms().pop();
+        let mut scratch = match left {
             Some(scratch) => scratch,
-            None => room.insert(Scratch::new(self.region.len())?),
+            None => Scratch::new(self.region.len())?,
         };
+        self.moves(t, &mut scratch);
+        let mut moves = try_vec(scratch.moves.len(), "regions")?;
+        moves.extend(&scratch.moves);
+        try_push(&mut rooms(), scratch, "regions")?;
+        Ok(moves)
+    }
+
+    /// The same, left in the scratch.
+    fn moves(&self, t: Try<'_>, scratch: &mut Scratch) {
         scratch.moves.clear();
         match t {
             Try::Part(seed) => {
-                let Some(own) = seed.first().map(|&v| self.region[v as usize]) else { return Ok(Vec::new()) };
+                let Some(own) = seed.first().map(|&v| self.region[v as usize]) else { return };
                 let n = self.members[own as usize].len();
                 let begin = || seed.iter().copied().filter(|&v| self.region[v as usize] == own);
                 let first = begin().count();
@@ -220,9 +231,6 @@ impl Cut<'_> {
                 }
             }
         }
-        let mut moves = try_vec(scratch.moves.len(), "regions")?;
-        moves.extend(&scratch.moves);
-        Ok(moves)
     }
 
     /// What parting a node from its region gains.

@@ -66,6 +66,7 @@ struct Search<'a> {
     /// The ways from the first end of the best, once there is one.
     from_best: Option<Arc<Spread>>,
     windows: usize,
+    haste: bool,
 }
 
 /// The directions of a box's diagonals, none quite square to another.
@@ -160,7 +161,7 @@ impl Search<'_> {
         };
         let starts: Vec<usize> = DIAGONALS.into_iter().filter_map(along).collect();
         let ahead = Ahead::default();
-        if rayon::current_num_threads() > 1 && self.place.len() <= MANY_POINTS {
+        if self.haste && rayon::current_num_threads() > 1 && self.place.len() <= MANY_POINTS {
             let this = &*self;
             starts.par_iter().enumerate().try_for_each(|(turn, &start)| this.sweep_ahead(turn, start, &ahead, job))?;
         }
@@ -252,6 +253,7 @@ fn search(
     solver: &ExactGeodesics,
     (positions, triangles): (&[Vec3], &[[u32; 3]]),
     limits: Limits,
+    haste: bool,
     scratch: &mut Scratch,
     job: &Job,
 ) -> Result<Found> {
@@ -276,6 +278,7 @@ fn search(
         best,
         from_best: None,
         windows: 0,
+        haste,
     };
     search.sweep(scratch, job)?;
     // every point is this near to one of those, and so is where its longest way ends
@@ -301,10 +304,11 @@ pub fn simpler(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
 }
 
 /// The longest shortest way on the surface of a mesh of its own, or on the largest reach of its pieces; none without faces.
+/// In `haste` some more ways are followed than needed, by threads that have nothing else to do; the result is the same.
 ///
 /// # Errors
 /// Those of [`ExactGeodesics::new`] and [`ExactGeodesics::distances`].
-pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Option<Length>> {
+pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], haste: bool, job: &Job) -> Result<Option<Length>> {
     if triangles.is_empty() {
         return Ok(None);
     }
@@ -314,7 +318,11 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
     let mut scratch = Scratch::default();
     let (solver, stand_in) = rayon::join(
         || ExactGeodesics::new(positions, triangles),
-        || (triangles.len() > MANY_FACES.0).then(|| on_stand_in((positions, triangles), size, limits, job)).transpose(),
+        || {
+            (triangles.len() > MANY_FACES.0)
+                .then(|| on_stand_in((positions, triangles), size, limits, haste, job))
+                .transpose()
+        },
     );
     let solver = solver?;
     if let Some(Some((proxy, found))) = stand_in? {
@@ -336,7 +344,7 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
             }
         }
     }
-    let found = search(&solver, (positions, triangles), limits, &mut scratch, job)?;
+    let found = search(&solver, (positions, triangles), limits, haste, &mut scratch, job)?;
     Ok(Some(Length { length: found.length, upper: found.upper, ends: found.places, field: found.field }))
 }
 
@@ -345,6 +353,7 @@ fn on_stand_in(
     (positions, triangles): (&[Vec3], &[[u32; 3]]),
     size: f64,
     limits: Limits,
+    haste: bool,
     job: &Job,
 ) -> Result<Option<(Proxy, Found)>> {
     let options = SimplifyOptions { target_faces: MANY_FACES.1, max_error: MANY_FACES.2 * size };
@@ -354,7 +363,7 @@ fn on_stand_in(
     }
     let mut scratch = Scratch::default();
     let solver = ExactGeodesics::new(&proxy.positions, &proxy.triangles)?;
-    let found = match search(&solver, (&proxy.positions, &proxy.triangles), limits, &mut scratch, job) {
+    let found = match search(&solver, (&proxy.positions, &proxy.triangles), limits, haste, &mut scratch, job) {
         Err(Error::Degenerate(_)) => return Ok(None),
         other => other?,
     };

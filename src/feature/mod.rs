@@ -33,6 +33,7 @@ use crate::thickness::wall::WallMesh;
 use kind::{Kind, OrientedBox};
 use measure::Scene;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use widths::Place;
 
 /// What to compute.
@@ -111,11 +112,12 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     segment::admit(mesh, &wanted, job)?;
     let positions = mesh.positions();
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    let (walls, ground) = rayon::join(
-        || WallMesh::new(positions, &triangles, job),
+    let topology = mesh.topology()?;
+    let (solid, ground) = rayon::join(
+        || Ok((WallMesh::new(positions, &triangles, job)?, Dual::new(positions, &triangles, topology)?)),
         || segment::lay_out(positions, &triangles, &wanted, job),
     );
-    let (walls, ground) = (walls?, ground?);
+    let ((walls, dual), ground) = (solid?, ground?);
     let own;
     let rays = match walls.rays() {
         Some(rays) => rays,
@@ -124,29 +126,31 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
             &own
         }
     };
-    let segments = segment::partition(mesh, &triangles, ground, rays, &wanted, job)?;
+    let segments = segment::partition(&dual, ground, rays, &wanted, job)?;
     job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
     let places = widths::places(positions, &triangles, rays, &walls, &segments, job)?;
     drop(walls);
     // --- segments back to back are one
-    let dual = Dual::new(positions, &triangles, mesh.topology()?)?;
     let joined = merge::back_to_back(positions, &triangles, &dual, &segments, &places)?;
     let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();
     // --- a bent sheet, and the walls of a box
     let sheet = sheets::closed_or_bent(&dual, &joined, &places)?;
     let joined: Vec<u32> = joined.iter().map(|&s| sheet[s as usize]).collect();
     // --- thin walls on thick bodies without a crease between
-    let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places)?;
+    let parts = split::at_jumps(positions, &triangles, topology, &joined, &places)?;
     let face_feature = numbered(positions, &triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures
     let mut by_feature: Vec<Vec<&Place>> = vec![Vec::new(); members.len()];
     places.iter().for_each(|p| by_feature[face_feature[p.face as usize] as usize].push(p));
     job.begin(Stage::Geodesic, 0.7, 1.0, members.len() as u64)?;
+    // features that nobody has begun to measure
+    let waiting = AtomicUsize::new(members.len());
     let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &face_feature };
-    let features: Vec<Feature> = (members.par_iter().zip(by_feature).enumerate())
+    let features: Vec<Feature> = (members.par_iter().zip(by_feature).enumerate().with_max_len(1))
         .map(|(k, (faces, places))| {
-            let feature = scene.measure(k as u32, faces, places, job)?;
+            let last = waiting.fetch_sub(1, Ordering::Relaxed) == 1;
+            let feature = scene.measure(k as u32, faces, places, last, job)?;
             job.advance(1)?;
             Ok(feature)
         })

@@ -138,12 +138,14 @@ const LEAST: f64 = 0.4;
 pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Segmentation> {
     admit(mesh, options, job)?;
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    let (rays, ground) = rayon::join(
-        || RayMesh::new(mesh.positions(), &triangles, job),
-        || lay_out(mesh.positions(), &triangles, options, job),
+    let (positions, topology) = (mesh.positions(), mesh.topology()?);
+    let (solid, ground) = rayon::join(
+        || Ok((RayMesh::new(positions, &triangles, job)?, Dual::new(positions, &triangles, topology)?)),
+        || lay_out(positions, &triangles, options, job),
     );
-    let rays = rays?;
-    let face_segment = partition(mesh, &triangles, ground?, &rays, options, job)?;
+    let (rays, dual) = solid?;
+    let face_segment = partition(&dual, ground?, &rays, options, job)?;
+    drop(dual);
     let rays = options.measure.then_some(rays);
     let segments = measure::measure(mesh, &triangles, rays, &face_segment, job)?;
     Ok(Segmentation { face_segment, segments })
@@ -200,14 +202,12 @@ pub fn lay_out(positions: &[Vec3], triangles: &[[u32; 3]], options: &SegmentOpti
     Ok(Ground { surface, dual, patches: Some(patches) })
 }
 
-/// The segment of every kept face: `triangles` are these, oriented outward, `ground` what [`lay_out`] made of them,
-/// `rays` what they bound.
+/// The segment of every kept face: `input` joins these, `ground` is what [`lay_out`] made of them, `rays` what they bound.
 ///
 /// # Errors
 /// Those of [`segment`].
 pub fn partition(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
+    input: &Dual,
     ground: Ground,
     rays: &RayMesh,
     options: &SegmentOptions,
@@ -225,27 +225,17 @@ pub fn partition(
     };
     let label = match patches {
         None => label,
-        Some(_) => finish::vote(&surface, &dual.area, &label, triangles.len())?,
+        Some(_) => finish::vote(&surface, &dual.area, &label, input.face_count())?,
     };
-    finished(mesh, triangles, mesh.topology()?, label, options)
+    finished(input, label, options)
 }
 
-/// Labels that the method finds, on the input.
-type Labels = Vec<u32>;
-
 /// Labels as connected, numbered segments of the input.
-fn finished(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
-    topology: &Topology,
-    label: Labels,
-    options: &SegmentOptions,
-) -> Result<Vec<u32>> {
-    let dual = Dual::new(mesh.positions(), triangles, topology)?;
+fn finished(dual: &Dual, label: Vec<u32>, options: &SegmentOptions) -> Result<Vec<u32>> {
     let rank = ranks(&dual.centroid)?;
     let total: f64 = dual.area.iter().sum();
     let limits = (options.min_area * total, MIN_WIDTH * (total / options.patches as f64).sqrt());
-    finish::segments(&dual, &label, &rank, limits, options.count.map(|k| k as usize))
+    finish::segments(dual, &label, &rank, limits, options.count.map(|k| k as usize))
 }
 
 /// The place of every face when faces are ordered along a direction in which no two are likely to be level. It does not

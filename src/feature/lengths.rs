@@ -6,7 +6,7 @@
 
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::geodesic::Ways;
-use crate::geodesic::exact::{Distances, ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
+use crate::geodesic::exact::{ExactGeodesics, Limits, Queries, Scratch, SurfacePoint};
 use crate::job::Job;
 use crate::mesh::measure::{Vec3, add, area_vector, at_weights, bounding_box, corners, distance, dot, scale};
 use crate::mesh::proxy::{Proxy, REFERENCE_LIMIT};
@@ -14,6 +14,8 @@ use crate::mesh::simplify::{SimplifyOptions, nearest_in_triangle};
 use crate::mesh::surface::{AnalysisSurface, SurfaceOptions};
 use crate::mesh::used::Used;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Points inside faces that ways may end at.
 const SAMPLES: usize = 600;
@@ -61,7 +63,64 @@ struct Search<'a> {
     /// No way from a point is longer, by the far ends of the sources.
     reach: Vec<f64>,
     best: (f64, [usize; 2]),
+    /// The ways from the first end of the best, once there is one.
+    from_best: Option<Arc<Spread>>,
     windows: usize,
+    haste: bool,
+}
+
+/// The directions of a box's diagonals, none quite square to another.
+const DIAGONALS: [Vec3; 4] = [[1.0, 1.0, 1.0], [-1.0, 1.0, 0.9], [1.0, -1.0, 0.8], [1.0, 1.0, -1.1]];
+
+/// All ways from one point.
+struct Spread {
+    /// By point; infinite where there is none.
+    lengths: Vec<f64>,
+    windows: usize,
+}
+
+impl Spread {
+    /// The farthest point from point `k`, which these ways lead from, and how far it is.
+    fn far_end(&self, k: usize) -> (usize, f64) {
+        let far = |m: (usize, f64), (i, &d): (usize, &f64)| if d.is_finite() && d > m.1 { (i, d) } else { m };
+        self.lengths.iter().enumerate().fold((k, 0.0), far)
+    }
+}
+
+/// Ways that were followed before it was their turn, by the point that they lead from.
+#[derive(Default)]
+struct Ahead(Mutex<BTreeMap<usize, Claim>>);
+
+/// Who was the first in turn to want some ways, and they themselves once known.
+struct Claim {
+    turn: usize,
+    all: Option<Arc<Spread>>,
+}
+
+impl Ahead {
+    fn entries(&self) -> MutexGuard<'_, BTreeMap<usize, Claim>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether one before `turn` wants, or the same did, the ways from a point; if not, this one does.
+    fn is_claimed(&self, k: usize, turn: usize) -> bool {
+        let mut entries = self.entries();
+        let claim = entries.entry(k).or_insert(Claim { turn: usize::MAX, all: None });
+        let claimed = claim.turn <= turn;
+        claim.turn = turn.min(claim.turn);
+        claimed
+    }
+
+    fn known(&self, k: usize) -> Option<Arc<Spread>> {
+        self.entries().get(&k)?.all.clone()
+    }
+
+    fn add(&self, k: usize, all: Arc<Spread>) -> Arc<Spread> {
+        if let Some(claim) = self.entries().get_mut(&k) {
+            claim.all = Some(Arc::clone(&all));
+        }
+        all
+    }
 }
 
 impl Search<'_> {
@@ -69,42 +128,80 @@ impl Search<'_> {
         if k < self.vertices { SurfacePoint::Vertex(k as u32) } else { self.samples[k - self.vertices] }
     }
 
-    /// Follows all ways from point `k`; returns the farthest point and how far it is.
-    fn spread(&mut self, k: usize, scratch: &mut Scratch, job: &Job) -> Result<(usize, f64)> {
+    /// Follows all ways from point `k`.
+    fn follow(&self, k: usize, scratch: &mut Scratch, job: &Job) -> Result<Arc<Spread>> {
         let found = self.solver.distances_at(self.point(k), &self.queries, &self.limits, scratch, job)?;
-        self.windows += found.windows;
+        let mut lengths = found.vertices;
+        lengths.extend(&found.queries);
+        Ok(Arc::new(Spread { lengths, windows: found.windows }))
+    }
+
+    /// Takes in all ways from point `k`; returns the farthest point and how far it is.
+    fn learn(&mut self, k: usize, all: &Arc<Spread>) -> Result<(usize, f64)> {
         self.used[k] = true;
-        let mut all = found.vertices;
-        all.extend(&found.queries);
-        let far = |m: (usize, f64), (i, &d): (usize, &f64)| if d.is_finite() && d > m.1 { (i, d) } else { m };
-        let (end, reach) = all.iter().enumerate().fold((k, 0.0), far);
+        self.windows += all.windows;
+        let (end, reach) = all.far_end(k);
         if reach > self.best.0 {
             self.best = (reach, [k, end]);
+            self.from_best = Some(Arc::clone(all));
         }
         // ways that were given up are ways, too
         if self.place.len() <= MANY_POINTS {
-            self.ways.add(&all)?;
+            self.ways.add(&all.lengths)?;
         }
-        self.reach.iter_mut().zip(&all).for_each(|(most, d)| *most = most.min(d + reach));
+        self.reach.iter_mut().zip(&all.lengths).for_each(|(most, d)| *most = most.min(d + reach));
         Ok((end, reach))
     }
 
     /// Starts at the ends of the box's diagonals, and from where these ways lead.
     fn sweep(&mut self, scratch: &mut Scratch, job: &Job) -> Result<()> {
-        for way in [[1.0, 1.0, 1.0], [-1.0, 1.0, 0.9], [1.0, -1.0, 0.8], [1.0, 1.0, -1.1]] {
+        let along = |way: Vec3| {
             let along = |k: usize| dot(self.place[k], way);
-            let Some(mut from) = (0..self.place.len()).max_by(|&a, &b| along(a).total_cmp(&along(b))) else { break };
-            let mut longest = 0.0;
+            (0..self.place.len()).max_by(|&a, &b| along(a).total_cmp(&along(b)))
+        };
+        let starts: Vec<usize> = DIAGONALS.into_iter().filter_map(along).collect();
+        let ahead = Ahead::default();
+        if self.haste && rayon::current_num_threads() > 1 && self.place.len() <= MANY_POINTS {
+            let this = &*self;
+            starts.par_iter().enumerate().try_for_each(|(turn, &start)| this.sweep_ahead(turn, start, &ahead, job))?;
+        }
+        for from in starts {
+            let (mut from, mut longest) = (from, 0.0);
             for _ in 0..SOURCES.0 / 2 {
                 if self.used[from] {
                     break;
                 }
-                let (end, reach) = self.spread(from, scratch, job)?;
+                let all = match ahead.known(from) {
+                    Some(all) => all,
+                    None => self.follow(from, scratch, job)?,
+                };
+                let (end, reach) = self.learn(from, &all)?;
                 if reach <= longest {
                     break;
                 }
                 (from, longest) = (end, reach);
             }
+        }
+        Ok(())
+    }
+
+    /// Follows what one start of a sweep leads to, before it is its `turn`: as far as those before it have not come there.
+    fn sweep_ahead(&self, turn: usize, start: usize, ahead: &Ahead, job: &Job) -> Result<()> {
+        let mut scratch = Scratch::default();
+        let (mut from, mut longest) = (start, 0.0);
+        for _ in 0..SOURCES.0 / 2 {
+            if ahead.is_claimed(from, turn) {
+                break;
+            }
+            let all = match ahead.known(from) {
+                Some(all) => all,
+                None => ahead.add(from, self.follow(from, &mut scratch, job)?),
+            };
+            let (end, reach) = all.far_end(from);
+            if reach <= longest {
+                break;
+            }
+            (from, longest) = (end, reach);
         }
         Ok(())
     }
@@ -129,9 +226,12 @@ impl Search<'_> {
             });
             let Some(((upper, end), from)) = widest else { return Ok(floor) };
             let next = [end, from].into_iter().find(|&k| !self.used[k as usize]);
-            let Some(next) = next.filter(|_| round < SOURCES.1 && self.windows <= WINDOWS) else { return Ok(upper) };
+            let Some(next) = next.filter(|_| round < SOURCES.1 && self.windows <= WINDOWS) else {
+                return Ok(upper);
+            };
             open = most.into_iter().map(|m| m.1).collect();
-            self.spread(next as usize, scratch, job)?;
+            let all = self.follow(next as usize, scratch, job)?;
+            self.learn(next as usize, &all)?;
         }
         Ok(f64::INFINITY)
     }
@@ -144,6 +244,8 @@ struct Found {
     upper: f64,
     ends: [SurfacePoint; 2],
     places: [Vec3; 2],
+    /// Distance of every vertex from the first end.
+    field: Vec<f64>,
 }
 
 /// The longest way on a mesh.
@@ -151,6 +253,7 @@ fn search(
     solver: &ExactGeodesics,
     (positions, triangles): (&[Vec3], &[[u32; 3]]),
     limits: Limits,
+    haste: bool,
     scratch: &mut Scratch,
     job: &Job,
 ) -> Result<Found> {
@@ -162,12 +265,34 @@ fn search(
     let used = vec![false; place.len()];
     let queries = solver.prepare(&samples)?;
     let (ways, best) = (Ways::default(), (0.0, [0; 2]));
-    let mut search = Search { solver, limits, samples, queries, place, vertices, ways, used, reach, best, windows: 0 };
+    let mut search = Search {
+        solver,
+        limits,
+        samples,
+        queries,
+        place,
+        vertices,
+        ways,
+        used,
+        reach,
+        best,
+        from_best: None,
+        windows: 0,
+        haste,
+    };
     search.sweep(scratch, job)?;
     // every point is this near to one of those, and so is where its longest way ends
     let upper = search.narrow(scratch, job)? * (1.0 + EXCESS) + 2.0 * spacing;
     let (length, ends) = search.best;
-    Ok(Found { length, upper, ends: ends.map(|k| search.point(k)), places: ends.map(|k| search.place[k]) })
+    let points = ends.map(|k| search.point(k));
+    let field = match search.from_best.take().and_then(Arc::into_inner) {
+        Some(mut all) => {
+            all.lengths.truncate(vertices);
+            all.lengths
+        }
+        None => solver.distances(points[0], &[], &limits, scratch, job)?.vertices,
+    };
+    Ok(Found { length, upper, ends: points, places: ends.map(|k| search.place[k]), field })
 }
 
 /// A mesh of few faces that stands in for a feature of very many; none for another, or if it does not become so simple.
@@ -179,10 +304,11 @@ pub fn simpler(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
 }
 
 /// The longest shortest way on the surface of a mesh of its own, or on the largest reach of its pieces; none without faces.
+/// In `haste` some more ways are followed than needed, by threads that have nothing else to do; the result is the same.
 ///
 /// # Errors
 /// Those of [`ExactGeodesics::new`] and [`ExactGeodesics::distances`].
-pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<Option<Length>> {
+pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], haste: bool, job: &Job) -> Result<Option<Length>> {
     if triangles.is_empty() {
         return Ok(None);
     }
@@ -192,10 +318,14 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
     let mut scratch = Scratch::default();
     let (solver, stand_in) = rayon::join(
         || ExactGeodesics::new(positions, triangles),
-        || (triangles.len() > MANY_FACES.0).then(|| on_stand_in((positions, triangles), size, limits, job)).transpose(),
+        || {
+            (triangles.len() > MANY_FACES.0)
+                .then(|| on_stand_in((positions, triangles), size, limits, haste, job))
+                .transpose()
+        },
     );
     let solver = solver?;
-    if let Some(Some((proxy, found, field))) = stand_in? {
+    if let Some(Some((proxy, found))) = stand_in? {
         let onto = |k: usize| match found.ends[k] {
             SurfacePoint::Vertex(v) => Some((SurfacePoint::Vertex(proxy.original[v as usize]), found.places[k])),
             SurfacePoint::Face { face, .. } => {
@@ -206,7 +336,7 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
         if let [Some((a, at_a)), Some((b, at_b))] = [onto(0), onto(1)] {
             let truth = solver.distances(a, &[b], &limits, &mut scratch, job)?;
             let off = |(&v, d): (&u32, &f64)| (truth.vertices[v as usize] - d).abs();
-            let off = proxy.original.iter().zip(&field).map(off).filter(|d| d.is_finite()).fold(0.0, f64::max);
+            let off = proxy.original.iter().zip(&found.field).map(off).filter(|d| d.is_finite()).fold(0.0, f64::max);
             let length = truth.queries[0];
             if off.max((length - found.length).abs()) <= MOST_DISTORTION * found.length {
                 let upper = (found.upper + 2.0 * off).max(length);
@@ -214,19 +344,18 @@ pub fn longest(positions: &[Vec3], triangles: &[[u32; 3]], job: &Job) -> Result<
             }
         }
     }
-    let found = search(&solver, (positions, triangles), limits, &mut scratch, job)?;
-    let Distances { vertices: field, .. } = solver.distances(found.ends[0], &[], &limits, &mut scratch, job)?;
-    Ok(Some(Length { length: found.length, upper: found.upper, ends: found.places, field }))
+    let found = search(&solver, (positions, triangles), limits, haste, &mut scratch, job)?;
+    Ok(Some(Length { length: found.length, upper: found.upper, ends: found.places, field: found.field }))
 }
 
-/// The longest way on a mesh of fewer faces, with the distances of that mesh's vertices from its first end; none if it
-/// does not become much simpler.
+/// The longest way on a mesh of fewer faces; none if it does not become much simpler.
 fn on_stand_in(
     (positions, triangles): (&[Vec3], &[[u32; 3]]),
     size: f64,
     limits: Limits,
+    haste: bool,
     job: &Job,
-) -> Result<Option<(Proxy, Found, Vec<f64>)>> {
+) -> Result<Option<(Proxy, Found)>> {
     let options = SimplifyOptions { target_faces: MANY_FACES.1, max_error: MANY_FACES.2 * size };
     let proxy = Proxy::new(positions, triangles, &options, job)?;
     if proxy.triangles.is_empty() || proxy.triangles.len() > triangles.len() / 2 {
@@ -234,12 +363,11 @@ fn on_stand_in(
     }
     let mut scratch = Scratch::default();
     let solver = ExactGeodesics::new(&proxy.positions, &proxy.triangles)?;
-    let found = match search(&solver, (&proxy.positions, &proxy.triangles), limits, &mut scratch, job) {
+    let found = match search(&solver, (&proxy.positions, &proxy.triangles), limits, haste, &mut scratch, job) {
         Err(Error::Degenerate(_)) => return Ok(None),
         other => other?,
     };
-    let field = solver.distances(found.ends[0], &[], &limits, &mut scratch, job)?.vertices;
-    Ok(Some((proxy, found, field)))
+    Ok(Some((proxy, found)))
 }
 
 /// The point of a mesh nearest to `p` on faces that look the same way as `facing`, and where it is.

@@ -46,8 +46,8 @@ pub struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Measures feature `k`, given its faces and the places on them.
-    pub fn measure(&self, k: u32, faces: &[u32], places: Vec<&Place>, job: &Job) -> Result<Feature> {
+    /// Measures feature `k`, given its faces and the places on them; for `haste` see [`lengths::longest`].
+    pub fn measure(&self, k: u32, faces: &[u32], places: Vec<&Place>, haste: bool, job: &Job) -> Result<Feature> {
         job.check()?;
         let positions = self.mesh.positions();
         let (centroid, area) = lengths::centroid(positions, self.triangles, faces);
@@ -65,7 +65,7 @@ impl Scene<'_> {
         let (d2_max, d2_min) = self.widths(k, places, faces)?;
         let simpler = if known.is_none() { lengths::simpler(own.0, own.1, job)? } else { None };
         let solved = known.or(simpler.as_ref()).map_or(own, |s| (&s.positions, &s.triangles));
-        let (length, is_ring) = self.length(k, faces, d2_max.width, solved, job)?;
+        let (length, is_ring) = self.length(k, faces, (d2_max.width, haste), solved, job)?;
         let (d1_max, d1_upper, d1_ends) =
             length.as_ref().map_or((f64::NAN, f64::NAN, [[f64::NAN; 3]; 2]), |l| (l.length, l.upper, l.ends));
         let (kind, width) = kind::classify(d1_max, d2_max.width, area, is_ring);
@@ -93,33 +93,41 @@ impl Scene<'_> {
         &self,
         k: u32,
         faces: &[u32],
-        thickness: f64,
+        (thickness, haste): (f64, bool),
         own: (&[Vec3], &[[u32; 3]]),
         job: &Job,
     ) -> Result<(Option<Length>, bool)> {
-        let longest = |positions: &[Vec3], triangles: &[[u32; 3]]| match lengths::longest(positions, triangles, job) {
-            // a feature without area has no length
-            Err(Error::Degenerate(_) | Error::Numeric(_)) => Ok(None),
-            other => other,
-        };
+        let longest =
+            |positions: &[Vec3], triangles: &[[u32; 3]]| match lengths::longest(positions, triangles, haste, job) {
+                // a feature without area has no length
+                Err(Error::Degenerate(_) | Error::Numeric(_)) => Ok(None),
+                other => other,
+            };
         let is_ring = |length: &Option<Length>, positions: &[Vec3], triangles: &[[u32; 3]]| match length {
             Some(l) if ring::handles(triangles) > 0 => ring::is_ring(positions, triangles, &l.field),
             _ => false,
         };
-        let whole = longest(own.0, own.1)?;
         let positions = self.mesh.positions();
         let standing =
             Standing { positions, triangles: self.triangles, dual: self.dual, label: self.label, own: k, thickness };
-        if let (Some(above), Some(all)) = (standing.above(faces), &whole) {
-            let (positions, triangles) = lengths::extract(positions, self.triangles, &above)?;
-            let simpler = lengths::simpler(&positions, &triangles, job)?;
-            let (positions, triangles) =
-                simpler.as_ref().map_or((&positions, &triangles), |s| (&s.positions, &s.triangles));
-            let length = longest(positions, triangles)?;
-            if length.as_ref().is_some_and(|l| l.length < all.length) {
-                let ring = is_ring(&length, positions, triangles);
-                return Ok((length, ring));
-            }
+        // what is above its foot, or what stands in for that, and how long it is
+        let above = || {
+            let Some(above) = standing.above(faces) else { return Ok(None) };
+            let above = lengths::extract(positions, self.triangles, &above)?;
+            let above = match lengths::simpler(&above.0, &above.1, job)? {
+                Some(simpler) => (simpler.positions, simpler.triangles),
+                None => above,
+            };
+            Ok(longest(&above.0, &above.1)?.map(|length| (length, above)))
+        };
+        let (whole, above) = rayon::join(|| longest(own.0, own.1), above);
+        let whole = whole?;
+        if let (Some((length, (positions, triangles))), Some(all)) = (above?, &whole)
+            && length.length < all.length
+        {
+            let length = Some(length);
+            let ring = is_ring(&length, &positions, &triangles);
+            return Ok((length, ring));
         }
         let ring = is_ring(&whole, own.0, own.1);
         Ok((whole, ring))

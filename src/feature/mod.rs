@@ -33,6 +33,7 @@ use crate::thickness::wall::WallMesh;
 use kind::{Kind, OrientedBox};
 use measure::Scene;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use widths::Place;
 
 /// What to compute.
@@ -111,7 +112,12 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     segment::admit(mesh, &wanted, job)?;
     let positions = mesh.positions();
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    let walls = WallMesh::new(positions, &triangles, job)?;
+    let topology = mesh.topology()?;
+    let (solid, ground) = rayon::join(
+        || Ok((WallMesh::new(positions, &triangles, job)?, Dual::new(positions, &triangles, topology)?)),
+        || segment::lay_out(positions, &triangles, &wanted, job),
+    );
+    let ((walls, dual), ground) = (solid?, ground?);
     let own;
     let rays = match walls.rays() {
         Some(rays) => rays,
@@ -120,12 +126,11 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
             &own
         }
     };
-    let segments = segment::partition(mesh, &triangles, rays, &wanted, job)?;
+    let segments = segment::partition(&dual, ground, rays, &wanted, job)?;
     job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
     let places = widths::places(positions, &triangles, rays, &walls, &segments, job)?;
     drop(walls);
     // --- segments back to back are one
-    let dual = Dual::new(positions, &triangles, mesh.topology()?)?;
     let joined = merge::back_to_back(positions, &triangles, &dual, &segments, &places)?;
     let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();
     // --- a bent sheet, and the walls of a box
@@ -133,17 +138,20 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     let joined: Vec<u32> = joined.iter().map(|&s| sheet[s as usize]).collect();
     // --- thin walls on thick bodies without a crease between
     let min_area = wanted.min_area * dual.area.iter().sum::<f64>();
-    let parts = split::at_jumps(positions, &triangles, mesh.topology()?, &joined, &places, min_area)?;
+    let parts = split::at_jumps(positions, &triangles, topology, &joined, &places, min_area)?;
     let face_feature = numbered(positions, &triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures
     let mut by_feature: Vec<Vec<&Place>> = vec![Vec::new(); members.len()];
     places.iter().for_each(|p| by_feature[face_feature[p.face as usize] as usize].push(p));
     job.begin(Stage::Geodesic, 0.7, 1.0, members.len() as u64)?;
+    // features that nobody has begun to measure
+    let waiting = AtomicUsize::new(members.len());
     let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &face_feature };
-    let features: Vec<Feature> = (members.par_iter().zip(by_feature).enumerate())
+    let features: Vec<Feature> = (members.par_iter().zip(by_feature).enumerate().with_max_len(1))
         .map(|(k, (faces, places))| {
-            let feature = scene.measure(k as u32, faces, places, job)?;
+            let last = waiting.fetch_sub(1, Ordering::Relaxed) == 1;
+            let feature = scene.measure(k as u32, faces, places, last, job)?;
             job.advance(1)?;
             Ok(feature)
         })

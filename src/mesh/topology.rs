@@ -44,15 +44,9 @@ pub struct Shell {
 impl Topology {
     /// O(faces) time and memory; orienting nested shells adds (inward shells × faces of the shells around them).
     pub fn new(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<Topology> {
-        let (edge_of_halfedge, halfedges, start) = link_edges(positions.len(), triangles)?;
-        let mut topology = Topology {
-            edge_of_halfedge,
-            halfedges,
-            start,
-            shell_of_face: try_filled(triangles.len(), NONE, "shells")?,
-            flipped: try_filled(triangles.len(), false, "orientation")?,
-            shells: Vec::new(),
-        };
+        let mut topology = Topology::edges_of(positions.len(), triangles)?;
+        topology.shell_of_face = try_filled(triangles.len(), NONE, "shells")?;
+        topology.flipped = try_filled(triangles.len(), false, "orientation")?;
         for f in 0..triangles.len() as u32 {
             if topology.shell_of_face[f as usize] == NONE {
                 topology.grow_shell(f, triangles);
@@ -60,6 +54,16 @@ impl Topology {
         }
         topology.orient_shells(positions, triangles);
         Ok(topology)
+    }
+
+    /// The edges alone, of faces whose orientation is known: `shell_of_face`, `flipped` and `shells` are empty.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::NoMemory`].
+    pub fn edges_of(vertices: usize, triangles: &[[u32; 3]]) -> Result<Topology> {
+        let (edge_of_halfedge, halfedges, start) = link_edges(vertices, triangles)?;
+        let (shell_of_face, flipped, shells) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(Topology { edge_of_halfedge, halfedges, start, shell_of_face, flipped, shells })
     }
 
     /// Number of edges.

@@ -64,12 +64,14 @@ pub fn gather(dual: &mut Dual, walker: &Walker<'_>, reach: f64, job: &Job) -> Re
             s += super::dual::step_count(sides);
         }
     }
+    let inward = walker.inwards()?;
+    let plan = Plan { walker, inward: &inward, turn_of_edge: &turn_of_edge };
     let gathered: Vec<Option<f64>> = pairs
         .par_iter()
         .map(|&(e, _)| {
             job.check()?;
             let own = turn_of_edge[e as usize];
-            let walks = [0, 1].map(|k| walker.walk(walker.topology.halfedges(e)[k], &turn_of_edge, reach));
+            let walks = [0, 1].map(|k| plan.walk(walker.topology.halfedges(e)[k], reach));
             let whole = own + walks[0].near + walks[1].near;
             // the edge where half of the turning is done; where that is between two, one of them
             let lean = walks[0].near - walks[1].near;
@@ -107,28 +109,75 @@ struct Walk {
     way: Vec3,
 }
 
+/// Where a line leaves a face.
+struct Exit {
+    halfedge: u32,
+    /// Unit vector square to it, into the face that is left.
+    inward: Vec3,
+    point: Vec3,
+    /// Length of the line within the face.
+    length: f64,
+}
+
 impl Walker<'_> {
-    /// What a straight line turns that starts in the middle of `halfedge`, square to it, and goes into its face.
-    fn walk(&self, halfedge: u32, turn_of_edge: &[f64], reach: f64) -> Walk {
-        let mut h = halfedge;
+    fn ends(&self, h: u32) -> (Vec3, Vec3) {
+        let t = self.triangles[h as usize / 3];
+        let k = h as usize % 3;
+        (self.positions[t[k] as usize], self.positions[t[(k + 1) % 3] as usize])
+    }
+
+    /// Unit vector square to the half-edge in the plane of its face, into the face; zero where
+    /// there is none.
+    fn inward(&self, h: u32) -> Vec3 {
         let (a, b) = self.ends(h);
+        let t = self.triangles[h as usize / 3];
+        let c = self.positions[t[(h as usize % 3 + 2) % 3] as usize];
+        let e = sub(b, a);
+        let n = cross(e, sub(c, a));
+        let v = cross(n, e);
+        let length = norm(v);
+        if length > 0.0 { scale(v, 1.0 / length) } else { [0.0; 3] }
+    }
+
+    /// [`Walker::inward`] of every half-edge.
+    fn inwards(&self) -> Result<Vec<Vec3>> {
+        let mut all = try_filled(3 * self.triangles.len(), [0.0; 3], "turns")?;
+        all.par_iter_mut().with_min_len(4096).enumerate().for_each(|(h, n)| *n = self.inward(h as u32));
+        Ok(all)
+    }
+}
+
+/// What walks have in common.
+struct Plan<'a> {
+    walker: &'a Walker<'a>,
+    /// See [`Walker::inwards`].
+    inward: &'a [Vec3],
+    turn_of_edge: &'a [f64],
+}
+
+impl Plan<'_> {
+    /// What a straight line turns that starts in the middle of `halfedge`, square to it, and goes into its face.
+    fn walk(&self, halfedge: u32, reach: f64) -> Walk {
+        let mut h = halfedge;
+        let (a, b) = self.walker.ends(h);
         let mut at = scale(add(a, b), 0.5);
         let Some(mut way) = self.inward(h) else { return Walk::default() };
         let (mut sum, mut walked) = (Walk { way, ..Walk::default() }, 0.0);
         for _ in 0..CROSSINGS {
-            let Some((exit, point, length)) = self.leave(h, at, way) else { break };
+            let Some(Exit { halfedge: exit, inward: out, point, length }) = self.leave(h, at, way) else { break };
             walked += length;
             if walked > 2.0 * reach {
                 break;
             }
-            let twin = self.topology.twin(exit);
-            let turn = turn_of_edge[self.topology.edge_of_halfedge[exit as usize] as usize];
+            let topology = self.walker.topology;
+            let twin = topology.twin(exit);
+            let turn = self.turn_of_edge[topology.edge_of_halfedge[exit as usize] as usize];
             if twin == NONE || turn >= SHARP {
                 break;
             }
-            let (Some(out), Some(into)) = (self.inward(exit), self.inward(twin)) else { break };
+            let Some(into) = self.inward(twin) else { break };
             // the line keeps its angle with the edge
-            let (p, q) = self.ends(exit);
+            let (p, q) = self.walker.ends(exit);
             let along = sub(q, p);
             let along = scale(along, 1.0 / norm(along).max(f64::MIN_POSITIVE));
             // only as much of the turn as the line runs square to the edge
@@ -151,36 +200,23 @@ impl Walker<'_> {
         sum
     }
 
-    fn ends(&self, h: u32) -> (Vec3, Vec3) {
-        let t = self.triangles[h as usize / 3];
-        let k = h as usize % 3;
-        (self.positions[t[k] as usize], self.positions[t[(k + 1) % 3] as usize])
-    }
-
-    /// Unit vector square to the half-edge in the plane of its face, into the face.
+    /// See [`Walker::inwards`].
     fn inward(&self, h: u32) -> Option<Vec3> {
-        let (a, b) = self.ends(h);
-        let t = self.triangles[h as usize / 3];
-        let c = self.positions[t[(h as usize % 3 + 2) % 3] as usize];
-        let e = sub(b, a);
-        let n = cross(e, sub(c, a));
-        let v = cross(n, e);
-        let length = norm(v);
-        (length > 0.0).then(|| scale(v, 1.0 / length))
+        Some(self.inward[h as usize]).filter(|n| *n != [0.0; 3])
     }
 
-    /// Where the line from `at` on half-edge `h` in direction `way` leaves the face of `h`: half-edge, point, distance.
-    fn leave(&self, h: u32, at: Vec3, way: Vec3) -> Option<(u32, Vec3, f64)> {
+    /// Where the line from `at` on half-edge `h` in direction `way` leaves the face of `h`.
+    fn leave(&self, h: u32, at: Vec3, way: Vec3) -> Option<Exit> {
         let f = h - h % 3;
-        let mut best: Option<(u32, Vec3, f64)> = None;
+        let mut best: Option<Exit> = None;
         for g in [f + (h + 1) % 3, f + (h + 2) % 3] {
             let inward = self.inward(g)?;
             let speed = -dot(way, inward);
-            let distance = dot(sub(at, self.ends(g).0), inward);
+            let distance = dot(sub(at, self.walker.ends(g).0), inward);
             if speed > 0.0 {
                 let length = (distance / speed).max(0.0);
-                if best.is_none_or(|b| length < b.2) {
-                    best = Some((g, add(at, scale(way, length)), length));
+                if best.as_ref().is_none_or(|b| length < b.length) {
+                    best = Some(Exit { halfedge: g, inward, point: add(at, scale(way, length)), length });
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! The dual graph of a surface: faces are nodes, common edges join them (Fig. 8a), with the distances that one step
 //! costs (Eqs. 14-16).
 
-use crate::error::{Result, try_filled, try_push, try_vec};
+use crate::error::{Result, try_filled, try_vec};
 use crate::mesh::Topology;
 use crate::mesh::measure::{Vec3, add, area_vector, corners, cross, distance, dot, norm, scale, sub};
 use rayon::prelude::*;
@@ -17,6 +17,9 @@ const FOLDED: f64 = -0.985;
 
 /// Edges of which steps are made at a time.
 const BLOCK: u32 = 1 << 18;
+
+/// Faces that one thread takes at least.
+const FACES: usize = 1024;
 
 /// The sides of an edge that side `i` of `n` is joined with.
 fn partners(i: usize, n: usize) -> std::ops::Range<usize> {
@@ -76,20 +79,21 @@ impl Dual {
             steps: Vec::new(),
             around: Vec::new(),
             first: Vec::new(),
-            centroid: try_vec(m, "centroids")?,
-            normal: try_vec(m, "normals")?,
-            area: try_vec(m, "areas")?,
+            centroid: try_filled(m, [0.0; 3], "centroids")?,
+            normal: try_filled(m, [0.0; 3], "normals")?,
+            area: try_filled(m, 0.0, "areas")?,
         };
-        for &t in triangles {
+        let faces = (dual.centroid.par_iter_mut()).zip(&mut dual.normal).zip(&mut dual.area).zip(triangles);
+        faces.with_min_len(FACES).for_each(|(((centroid, normal), area), &t)| {
             let [a, b, c] = corners(positions, t);
             let n = area_vector([a, b, c]);
             let double = norm(n);
-            dual.centroid.push(scale(add(add(a, b), c), 1.0 / 3.0));
-            dual.normal.push(if double > 0.0 { scale(n, 1.0 / double) } else { [0.0; 3] });
-            dual.area.push(0.5 * double);
-        }
+            *centroid = scale(add(add(a, b), c), 1.0 / 3.0);
+            *normal = if double > 0.0 { scale(n, 1.0 / double) } else { [0.0; 3] };
+            *area = 0.5 * double;
+        });
         dual.mend_normals(positions, triangles, topology);
-        dual.turn_back(topology)?;
+        dual.turn_back(topology);
         let mut all: Vec<Step> = try_vec(3 * m / 2 + 8, "steps of the dual graph")?;
         let of_edge = |e: u32| {
             let sides = topology.halfedges(e);
@@ -148,6 +152,8 @@ impl Dual {
             (k, side(k))
         };
         let mut slivers: Vec<(usize, u32)> = (0..triangles.len())
+            .into_par_iter()
+            .with_min_len(FACES)
             .filter_map(|f| {
                 let (k, side) = longest(f);
                 (2.0 * self.area[f] < limit * side).then_some((f, (3 * f + k) as u32))
@@ -176,7 +182,7 @@ impl Dual {
     /// Turns the normals of faces that lie folded onto the surface: against two neighbours that agree with each other.
     /// Coarse and ragged meshing leaves such faces. Whether their folds are concave is decided by rounding, and a cut
     /// along them would gain more than along any crease.
-    fn turn_back(&mut self, topology: &Topology) -> Result<()> {
+    fn turn_back(&mut self, topology: &Topology) {
         let is_over = |f: usize| {
             let n = self.normal[f];
             let mut against = [0, 1, 2]
@@ -188,10 +194,9 @@ impl Dual {
             let (Some(a), Some(b)) = (against.next(), against.next()) else { return false };
             dot(a, b) > 0.0
         };
-        let mut over = Vec::new();
-        (0..self.normal.len()).filter(|&f| is_over(f)).try_for_each(|f| try_push(&mut over, f, "normals"))?;
+        let over: Vec<usize> =
+            (0..self.normal.len()).into_par_iter().with_min_len(FACES).filter(|&f| is_over(f)).collect();
         over.iter().for_each(|&f| self.normal[f] = scale(self.normal[f], -1.0));
-        Ok(())
     }
 
     fn link(&mut self, m: usize) -> Result<()> {

@@ -18,6 +18,7 @@ pub mod kmeans;
 pub mod measure;
 mod parts;
 pub mod patches;
+mod queue;
 mod reach;
 mod refine;
 pub mod ring;
@@ -137,8 +138,14 @@ const LEAST: f64 = 0.4;
 pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Segmentation> {
     admit(mesh, options, job)?;
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    let rays = RayMesh::new(mesh.positions(), &triangles, job)?;
-    let face_segment = partition(mesh, &triangles, &rays, options, job)?;
+    let (positions, topology) = (mesh.positions(), mesh.topology()?);
+    let (solid, ground) = rayon::join(
+        || Ok((RayMesh::new(positions, &triangles, job)?, Dual::new(positions, &triangles, topology)?)),
+        || lay_out(positions, &triangles, options, job),
+    );
+    let (rays, dual) = solid?;
+    let face_segment = partition(&dual, ground?, &rays, options, job)?;
+    drop(dual);
     let rays = options.measure.then_some(rays);
     let segments = measure::measure(mesh, &triangles, rays, &face_segment, job)?;
     Ok(Segmentation { face_segment, segments })
@@ -154,43 +161,36 @@ pub fn admit(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<()> 
     job.begin(Stage::Surface, 0.0, 0.1, 2)
 }
 
-/// The segment of every kept face: `triangles` are these, oriented outward, `rays` what they bound. After [`admit`].
+/// The surface that is partitioned.
+pub struct Ground {
+    surface: AnalysisSurface,
+    dual: Dual,
+    /// None for [`Method::Paper`].
+    patches: Option<Patches>,
+}
+
+/// Prepares what does not depend on the solid: `triangles` are the kept faces, oriented outward. After [`admit`].
 ///
 /// # Errors
 /// Those of [`segment`].
-pub fn partition(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
-    rays: &RayMesh,
-    options: &SegmentOptions,
-    job: &Job,
-) -> Result<Vec<u32>> {
-    let label = find(mesh, triangles, rays, options, job)?;
-    finished(mesh, triangles, mesh.topology()?, label, options)
-}
-
-/// Labels that the method finds, on the input.
-type Labels = Vec<u32>;
-
-fn find(mesh: &TriMesh, triangles: &[[u32; 3]], rays: &RayMesh, options: &SegmentOptions, job: &Job) -> Result<Labels> {
+pub fn lay_out(positions: &[Vec3], triangles: &[[u32; 3]], options: &SegmentOptions, job: &Job) -> Result<Ground> {
     let share = (triangles.len() as f64 / ENOUGH).clamp(LEAST, 1.0);
     let surface = match options.method {
-        Method::Paper => AnalysisSurface::unrefined(mesh.positions(), triangles)?,
+        Method::Paper => AnalysisSurface::unrefined(positions, triangles)?,
         _ => {
             let target_vertices = (share * options.surface_vertices as f64) as usize;
             let wanted = SurfaceOptions { target_vertices, ..SurfaceOptions::default() };
-            AnalysisSurface::refine(mesh.positions(), triangles, &wanted, job)?
+            AnalysisSurface::refine(positions, triangles, &wanted, job)?
         }
     };
     job.advance(1)?;
-    let topology = Topology::new(&surface.positions, &surface.triangles)?;
+    let topology = Topology::edges_of(surface.positions.len(), &surface.triangles)?;
     let mut dual = Dual::new(&surface.positions, &surface.triangles, &topology)?;
-    let rank = ranks(&dual.centroid)?;
     job.begin(Stage::Segment, 0.1, 0.5, 4)?;
     if options.method == Method::Paper {
-        let scene = Scene { dual: &dual, parent: &surface.parent_face, rays };
-        return parts::by_all_faces(&scene, options, job);
+        return Ok(Ground { surface, dual, patches: None });
     }
+    let rank = ranks(&dual.centroid)?;
     let total: f64 = dual.area.iter().sum();
     let walker = creases::Walker { positions: &surface.positions, triangles: &surface.triangles, topology: &topology };
     creases::gather(&mut dual, &walker, (total / options.patches as f64).sqrt(), job)?;
@@ -199,30 +199,43 @@ fn find(mesh: &TriMesh, triangles: &[[u32; 3]], rays: &RayMesh, options: &Segmen
     job.advance(1)?;
     let patches = Patches::new(&dual, (share * options.patches as f64) as usize, &rank, job)?;
     job.advance(1)?;
+    Ok(Ground { surface, dual, patches: Some(patches) })
+}
+
+/// The segment of every kept face: `input` joins these, `ground` is what [`lay_out`] made of them, `rays` what they bound.
+///
+/// # Errors
+/// Those of [`segment`].
+pub fn partition(
+    input: &Dual,
+    ground: Ground,
+    rays: &RayMesh,
+    options: &SegmentOptions,
+    job: &Job,
+) -> Result<Vec<u32>> {
+    let Ground { surface, dual, patches } = ground;
     let scene = Scene { dual: &dual, parent: &surface.parent_face, rays };
-    let label = match options.method {
-        Method::Landmarks => parts::by_landmarks(&scene, &patches, options, job)?,
-        _ => {
+    let label = match (options.method, &patches) {
+        (Method::Paper, _) | (_, None) => parts::by_all_faces(&scene, options, job)?,
+        (Method::Landmarks, Some(patches)) => parts::by_landmarks(&scene, patches, options, job)?,
+        (Method::Creases, Some(patches)) => {
             let count = options.count.map(|k| k as usize);
-            parts::by_creases(&scene, &surface, &patches, count, job)?
+            parts::by_creases(&scene, &surface, patches, count, job)?
         }
     };
-    finish::vote(&surface, &dual.area, &label, triangles.len())
+    let label = match patches {
+        None => label,
+        Some(_) => finish::vote(&surface, &dual.area, &label, input.face_count())?,
+    };
+    finished(input, label, options)
 }
 
 /// Labels as connected, numbered segments of the input.
-fn finished(
-    mesh: &TriMesh,
-    triangles: &[[u32; 3]],
-    topology: &Topology,
-    label: Labels,
-    options: &SegmentOptions,
-) -> Result<Vec<u32>> {
-    let dual = Dual::new(mesh.positions(), triangles, topology)?;
+fn finished(dual: &Dual, label: Vec<u32>, options: &SegmentOptions) -> Result<Vec<u32>> {
     let rank = ranks(&dual.centroid)?;
     let total: f64 = dual.area.iter().sum();
     let limits = (options.min_area * total, MIN_WIDTH * (total / options.patches as f64).sqrt());
-    finish::segments(&dual, &label, &rank, limits, options.count.map(|k| k as usize))
+    finish::segments(dual, &label, &rank, limits, options.count.map(|k| k as usize))
 }
 
 /// The place of every face when faces are ordered along a direction in which no two are likely to be level. It does not

@@ -8,7 +8,7 @@
 use super::affinity::{Graph, Near};
 use super::cut::pair;
 use super::dual::{Dual, Step};
-use crate::error::{Result, try_filled, try_vec};
+use crate::error::{Result, try_filled, try_push, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::distance;
@@ -61,7 +61,6 @@ pub struct Border {
 /// What is known of a face while seeds are put.
 #[derive(Clone, Copy)]
 struct Place {
-    distance: f64,
     seed: u32,
     /// Length of the way from the seed.
     walked: f64,
@@ -111,20 +110,21 @@ impl Patches {
     pub fn new(dual: &Dual, target: usize, rank: &[u32], job: &Job) -> Result<Patches> {
         let total: f64 = dual.area.iter().sum();
         let diameter = (total / target.max(1) as f64).sqrt();
-        let unknown = Place { distance: f64::INFINITY, seed: NONE, walked: 0.0, turned: Turned::default() };
-        let mut place = try_filled(dual.face_count(), unknown, "patches")?;
-        let order = from_outside(dual, rank)?;
+        let (order, metric) = rayon::join(|| from_outside(dual, rank), || Metric::new(dual, diameter));
+        let (order, mut metric) = (order?, metric?);
+        let mut reached = Reached::new(dual.face_count())?;
         let mut seed: Vec<u32> = Vec::new();
         for coarser in 0..=COARSER {
-            let metric = Metric { diameter, reach: RADIUS * 2f64.powi(coarser) };
+            metric.reach = RADIUS * 2f64.powi(coarser);
             let most = if coarser < COARSER { MOST * target } else { usize::MAX };
-            if put_seeds(dual, &metric, &order, most, &mut place, &mut seed, job)? {
+            if put_seeds(&metric, &order, most, &mut reached, &mut seed, job)? {
                 break;
             }
-            place.fill(unknown);
+            reached.forget();
             seed.clear();
         }
-        drop(order);
+        drop((order, metric));
+        let place = reached.place;
         let mut out = Patches {
             of_face: try_vec(place.len(), "patches")?,
             seed,
@@ -203,26 +203,71 @@ fn from_outside(dual: &Dual, rank: &[u32]) -> Result<Vec<u32>> {
 }
 
 /// How far it is from face to face.
-struct Metric {
-    /// A patch's, model units: the unit of distance.
-    diameter: f64,
-    /// Seeds look so far around them.
+struct Metric<'a> {
+    dual: &'a Dual,
+    /// By entry of [`Dual::around`].
+    ways: Vec<Way>,
+    /// Seeds look so far around them, in patch diameters.
     reach: f64,
+}
+
+/// The way to a neighbouring face, in patch diameters.
+#[derive(Clone, Copy)]
+struct Way {
+    to: u32,
+    step: u32,
+    length: f64,
+    /// What its turning adds.
+    turn: f64,
+}
+
+impl<'a> Metric<'a> {
+    fn new(dual: &'a Dual, diameter: f64) -> Result<Metric<'a>> {
+        let way = |&(to, step): &(u32, u32)| {
+            let Step { geodesic, turn, .. } = dual.steps[step as usize];
+            let turn = if turn <= -SHARP { -OVER * turn } else { TURN * turn.max(0.0) };
+            Way { to, step, length: geodesic / diameter, turn }
+        };
+        let mut ways = try_vec(dual.around.len(), "patches")?;
+        dual.around.par_iter().with_min_len(4096).map(way).collect_into_vec(&mut ways);
+        Ok(Metric { dual, ways, reach: 0.0 })
+    }
+}
+
+/// Faces as the seeds have reached them.
+struct Reached {
+    /// From the nearest seed, in patch diameters.
+    distance: Vec<f64>,
+    place: Vec<Place>,
+}
+
+impl Reached {
+    const UNKNOWN: Place =
+        Place { seed: NONE, walked: 0.0, turned: Turned { sharp: 0.0, up: 0.0, down: 0.0, over: 0.0 } };
+
+    fn new(faces: usize) -> Result<Reached> {
+        let distance = try_filled(faces, f64::INFINITY, "patches")?;
+        Ok(Reached { distance, place: try_filled(faces, Reached::UNKNOWN, "patches")? })
+    }
+
+    fn forget(&mut self) {
+        self.distance.fill(f64::INFINITY);
+        self.place.fill(Reached::UNKNOWN);
+    }
 }
 
 /// Makes seeds of the faces that none before has reached, in `order`; false if there would be more than `most`.
 fn put_seeds(
-    dual: &Dual,
-    metric: &Metric,
+    metric: &Metric<'_>,
     order: &[u32],
     most: usize,
-    place: &mut [Place],
+    reached: &mut Reached,
     seed: &mut Vec<u32>,
     job: &Job,
 ) -> Result<bool> {
     let mut heap = BinaryHeap::new();
     for &f in order {
-        if place[f as usize].seed != NONE {
+        if reached.place[f as usize].seed != NONE {
             continue;
         }
         if seed.len() >= most {
@@ -231,34 +276,33 @@ fn put_seeds(
         if seed.len() % 256 == 0 {
             job.check()?;
         }
-        grow(dual, metric, f, seed.len() as u32, place, &mut heap);
-        seed.push(f);
+        metric.grow(f, seed.len() as u32, reached, &mut heap);
+        try_push(seed, f, "patches")?;
     }
     Ok(true)
 }
 
-/// Takes for a new seed the faces that are nearer to it than to any before.
-fn grow(dual: &Dual, metric: &Metric, f: u32, seed: u32, place: &mut [Place], heap: &mut BinaryHeap<Near>) {
-    place[f as usize] = Place { distance: 0.0, seed, walked: 0.0, turned: Turned::default() };
-    heap.push(Near(0.0, f));
-    while let Some(Near(d, f)) = heap.pop() {
-        let here = place[f as usize];
-        if d > here.distance || here.seed != seed {
-            continue;
-        }
-        for &(g, s) in dual.around(f) {
-            let step = &dual.steps[s as usize];
-            let over = if step.turn <= -SHARP { -OVER * step.turn } else { 0.0 };
-            let d = d + step.geodesic / metric.diameter + TURN * step.turn.max(0.0) + over;
-            let there = &mut place[g as usize];
-            if d <= metric.reach && d < there.distance {
-                *there = Place {
-                    distance: d,
-                    seed,
-                    walked: here.walked + step.geodesic,
-                    turned: here.turned.and(step.turn),
-                };
-                heap.push(Near(d, g));
+impl Metric<'_> {
+    /// Takes for a new seed the faces that are nearer to it than to any before. `heap` is empty.
+    fn grow(&self, f: u32, seed: u32, reached: &mut Reached, heap: &mut BinaryHeap<Near>) {
+        let Reached { distance, place } = reached;
+        distance[f as usize] = 0.0;
+        place[f as usize] = Place { seed, walked: 0.0, turned: Turned::default() };
+        heap.push(Near(0.0, f));
+        while let Some(Near(d, f)) = heap.pop() {
+            if d > distance[f as usize] {
+                continue;
+            }
+            let here = place[f as usize];
+            let [from, to] = [f, f + 1].map(|f| self.dual.first[f as usize] as usize);
+            for way in &self.ways[from..to] {
+                let (d, g) = (d + way.length + way.turn, way.to as usize);
+                if d <= self.reach && d < distance[g] {
+                    let step = &self.dual.steps[way.step as usize];
+                    distance[g] = d;
+                    place[g] = Place { seed, walked: here.walked + step.geodesic, turned: here.turned.and(step.turn) };
+                    heap.push(Near(d, way.to));
+                }
             }
         }
     }

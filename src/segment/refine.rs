@@ -6,11 +6,13 @@
 //! single nodes, each the best that is left though it may be a loss; of the row so much is kept as gains most.
 
 use super::affinity::Graph;
-use super::cut::{Worth, pair};
+use super::cut::pair;
+use super::queue::Queue;
 use crate::error::{Result, try_filled, try_push, try_vec};
 use crate::job::Job;
+use crate::mesh::NONE;
 use rayon::prelude::*;
-use std::collections::BinaryHeap;
+use std::sync::{Mutex, PoisonError};
 
 /// Rounds over all regions; two or three are usual.
 const ROUNDS: usize = 6;
@@ -50,14 +52,15 @@ struct Seen {
 struct Scratch {
     seen: Vec<Seen>,
     row: u32,
-    heap: BinaryHeap<Worth<u32>>,
+    /// What may be moved next.
+    queue: Queue<()>,
     moves: Vec<u32>,
 }
 
 impl Scratch {
     fn new(n: usize) -> Result<Scratch> {
         let seen = try_filled(n, Seen { row: 0, moved: false, gain: 0.0 }, "regions")?;
-        Ok(Scratch { seen, row: 0, heap: BinaryHeap::new(), moves: Vec::new() })
+        Ok(Scratch { seen, row: 0, queue: Queue::new(n)?, moves: try_vec(n, "regions")? })
     }
 }
 
@@ -73,6 +76,8 @@ enum Try<'a> {
 struct Cut<'a> {
     graph: Graph,
     region: &'a mut [u32],
+    /// What parting a node from its region gains.
+    parting: Vec<f64>,
     members: Vec<Vec<u32>>,
     /// Whether a region has changed since it was last looked at.
     open: Vec<bool>,
@@ -82,6 +87,8 @@ struct Cut<'a> {
     /// No region below this is empty.
     full: usize,
     slight: f64,
+    /// Room for rows that nobody uses now.
+    rooms: Mutex<Vec<Scratch>>,
 }
 
 /// Betters a partition of `n` nodes by `region`, whose labels are below `n`: the sum of the `pulls` within regions grows.
@@ -99,19 +106,22 @@ pub fn refine(n: usize, pulls: &[([u32; 2], f64)], seeds: &[Vec<u32>], region: &
     let mut cut = Cut {
         graph: graph(n, pulls)?,
         region,
+        parting: try_filled(n, 0.0, "regions")?,
         members,
         open: try_filled(n, true, "regions")?,
         changes: 0,
         changed: try_filled(n, 0, "regions")?,
         full: 0,
         slight: SLIGHT * attraction,
+        rooms: Mutex::default(),
     };
-    let parts: Vec<Try<'_>> = seeds.iter().map(|s| Try::Part(s)).collect();
+    (0..n as u32).for_each(|v| cut.parting[v as usize] = cut.alone(v));
+    let mut parts: Vec<Try<'_>> = try_vec(seeds.len(), "regions")?;
+    parts.extend(seeds.iter().map(|s| Try::Part(s)));
     for _ in 0..ROUNDS {
         let open = std::mem::replace(&mut cut.open, try_filled(n, false, "regions")?);
         let split = cut.all(&parts, &open, job)?;
-        let pairs: Vec<Try<'_>> = cut.pairs()?.into_iter().map(Try::Between).collect();
-        let moved = cut.all(&pairs, &open, job)?;
+        let moved = cut.all(&cut.pairs()?, &open, job)?;
         if !split && !moved {
             break;
         }
@@ -123,9 +133,7 @@ impl Cut<'_> {
     /// Tries one after the other where a region is `open` or has changed in this round; true if any gained. A row that
     /// gains nothing as long as its regions are what they were need not be tried in its turn, so that many are tried at once.
     fn all(&mut self, tries: &[Try<'_>], open: &[bool], job: &Job) -> Result<bool> {
-        let n = self.region.len();
         let mut gained = false;
-        let mut own: Option<Scratch> = None;
         for some in tries.chunks(AHEAD) {
             job.check()?;
             let due = |cut: &Cut<'_>, t: Try<'_>| {
@@ -133,30 +141,20 @@ impl Cut<'_> {
             };
             let before = self.changes;
             let this = &*self;
-            let vain = |room: &mut Option<Scratch>, &t: &Try<'_>| -> Result<bool> {
-                if !due(this, t) {
-                    return Ok(false);
-                }
-                let scratch = match room {
-                    Some(scratch) => scratch,
-                    None => room.insert(Scratch::new(n)?),
-                };
-                Ok(!this.attempt(t, scratch))
-            };
-            let vain: Vec<bool> =
-                some.par_iter().with_min_len(AHEAD / 4).map_init(|| None, vain).collect::<Result<_>>()?;
-            for (&t, vain) in some.iter().zip(vain) {
+            let ahead = |&t: &Try<'_>| if due(this, t) { this.attempt(t).map(Some) } else { Ok(None) };
+            let found: Vec<Option<Vec<u32>>> = some.par_iter().map(ahead).collect::<Result<_>>()?;
+            for (&t, found) in some.iter().zip(found) {
                 let Some(of) = self.regions(t) else { continue };
-                let as_before = of.iter().all(|&r| self.changed[r as usize] <= before);
-                if !due(self, t) || (vain && as_before) {
+                if !due(self, t) {
                     continue;
                 }
-                let scratch = match &mut own {
-                    Some(scratch) => scratch,
-                    None => own.insert(Scratch::new(n)?),
+                let as_before = of.iter().all(|&r| self.changed[r as usize] <= before);
+                let moves = match found {
+                    Some(moves) if as_before => moves,
+                    _ => self.attempt(t)?,
                 };
-                if self.attempt(t, scratch) {
-                    self.apply(t, &scratch.moves)?;
+                if !moves.is_empty() {
+                    self.apply(t, &moves)?;
                     gained = true;
                 }
             }
@@ -173,7 +171,7 @@ impl Cut<'_> {
     }
 
     /// Regions that have a common border.
-    fn pairs(&self) -> Result<Vec<[u32; 2]>> {
+    fn pairs(&self) -> Result<Vec<Try<'static>>> {
         let mut pairs: Vec<[u32; 2]> = Vec::new();
         for v in 0..self.region.len() as u32 {
             let a = self.region[v as usize];
@@ -187,35 +185,57 @@ impl Cut<'_> {
         }
         pairs.sort_unstable();
         pairs.dedup();
-        Ok(pairs)
+        let mut tries = try_vec(pairs.len(), "borders of regions")?;
+        tries.extend(pairs.into_iter().map(Try::Between));
+        Ok(tries)
     }
 
-    /// Whether something gains; the moves that do are left in the scratch.
-    fn attempt(&self, t: Try<'_>, scratch: &mut Scratch) -> bool {
+    /// The moves that gain something; none where nothing does.
+    fn attempt(&self, t: Try<'_>) -> Result<Vec<u32>> {
+        let rooms = || self.rooms.lock().unwrap_or_else(PoisonError::into_inner);
+        let left = rooms().pop();
+        let mut scratch = match left {
+            Some(scratch) => scratch,
+            None => Scratch::new(self.region.len())?,
+        };
+        self.moves(t, &mut scratch);
+        let mut moves = try_vec(scratch.moves.len(), "regions")?;
+        moves.extend(&scratch.moves);
+        try_push(&mut rooms(), scratch, "regions")?;
+        Ok(moves)
+    }
+
+    /// The same, left in the scratch.
+    fn moves(&self, t: Try<'_>, scratch: &mut Scratch) {
         scratch.moves.clear();
         match t {
             Try::Part(seed) => {
-                let Some(own) = seed.first().map(|&v| self.region[v as usize]) else { return false };
+                let Some(own) = seed.first().map(|&v| self.region[v as usize]) else { return };
                 let n = self.members[own as usize].len();
-                let seed: Vec<u32> = seed.iter().copied().filter(|&v| self.region[v as usize] == own).collect();
-                n > seed.len() && self.row([own, u32::MAX], &seed, &[], (seed.len() + PART).min(n - 1), scratch)
+                let begin = || seed.iter().copied().filter(|&v| self.region[v as usize] == own);
+                let first = begin().count();
+                if n > first {
+                    self.row([own, NONE], begin(), &[], (first + PART).min(n - 1), scratch);
+                }
             }
             Try::Between([a, b]) => {
                 let [n, m] = [a, b].map(|r| self.members[r as usize].len());
-                if n == 0 || m == 0 {
-                    return false;
-                }
                 let (small, large) = if n <= m { (a, b) } else { (b, a) };
                 let small = &self.members[small as usize];
                 let of =
                     |v: &u32| self.graph.around(*v).iter().filter(|e| self.region[e.0 as usize] == large).map(|e| e.1);
                 if small.iter().flat_map(of).sum::<f64>() > self.slight {
                     scratch.moves.extend(small);
-                    return true;
+                } else if !small.is_empty() {
+                    self.row([a, b], std::iter::empty(), small, ROW.0 * n.min(m) + ROW.1, scratch);
                 }
-                self.row([a, b], &[], small, ROW.0 * n.min(m) + ROW.1, scratch)
             }
         }
+    }
+
+    /// What parting a node from its region gains.
+    fn alone(&self, v: u32) -> f64 {
+        self.gain(v, [self.region[v as usize], NONE])
     }
 
     /// What moving a node to the other one of two regions gains.
@@ -235,16 +255,24 @@ impl Cut<'_> {
 
     /// A row of at most `most` moves between two regions, begun with those of `seed` from the first and with what lies
     /// between them, `small` being the nodes of one: as many moves are left in the scratch as gain most.
-    fn row(&self, of: [u32; 2], seed: &[u32], small: &[u32], most: usize, scratch: &mut Scratch) -> bool {
-        let Scratch { seen, row, heap, moves } = scratch;
+    fn row(
+        &self,
+        of: [u32; 2],
+        mut seed: impl Iterator<Item = u32>,
+        small: &[u32],
+        most: usize,
+        scratch: &mut Scratch,
+    ) {
+        let Scratch { seen, row, queue, moves } = scratch;
         *row += 1;
-        heap.clear();
+        queue.clear();
         let row = *row;
         let meet = |v: u32, seen: &mut [Seen]| {
             if seen[v as usize].row == row {
                 return false;
             }
-            seen[v as usize] = Seen { row, moved: false, gain: self.gain(v, of) };
+            let gain = if of[1] == NONE { self.parting[v as usize] } else { self.gain(v, of) };
+            seen[v as usize] = Seen { row, moved: false, gain };
             true
         };
         for &v in small {
@@ -253,25 +281,16 @@ impl Cut<'_> {
             for &(u, _) in self.graph.around(v).iter().filter(|e| self.region[e.0 as usize] == other) {
                 border = true;
                 if meet(u, seen) {
-                    heap.push(Worth(seen[u as usize].gain, u));
+                    queue.put(u, seen[u as usize].gain, ());
                 }
             }
             if border && meet(v, seen) {
-                heap.push(Worth(seen[v as usize].gain, v));
+                queue.put(v, seen[v as usize].gain, ());
             }
         }
         // --- one after the other, those of the seed whatever they gain
         let (mut sum, mut best) = (0.0, (self.slight, 0));
-        let mut begin = seed.iter().copied();
-        loop {
-            let v = match begin.next() {
-                Some(v) => v,
-                None => match heap.pop() {
-                    Some(Worth(gain, v)) if seen[v as usize].moved || gain != seen[v as usize].gain => continue,
-                    Some(Worth(_, v)) => v,
-                    None => break,
-                },
-            };
+        while let Some(v) = seed.next().inspect(|&v| queue.remove(v)).or_else(|| queue.pop().map(|p| p.0)) {
             meet(v, seen);
             sum += seen[v as usize].gain;
             seen[v as usize].moved = true;
@@ -290,14 +309,13 @@ impl Cut<'_> {
                     let there = &mut seen[u as usize];
                     if !there.moved {
                         there.gain += if r == from { 2.0 * w } else { -2.0 * w };
-                        heap.push(Worth(there.gain, u));
+                        queue.put(u, there.gain, ());
                     }
                 }
             }
         }
         // --- as far as it was best
         moves.truncate(best.1);
-        best.1 > 0
     }
 
     /// Moves nodes to the other side.
@@ -323,6 +341,12 @@ impl Cut<'_> {
                 self.full = self.full.min(r as usize);
             }
             self.members[r as usize] = members;
+        }
+        for &v in moves {
+            self.parting[v as usize] = self.alone(v);
+            for e in self.graph.around(v) {
+                self.parting[e.0 as usize] = self.alone(e.0);
+            }
         }
         self.changes += 1;
         for r in [a, b] {

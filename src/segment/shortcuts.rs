@@ -8,11 +8,11 @@
 
 use super::creases::Walker;
 use super::dual::{Dual, step_count};
-use crate::error::Result;
+use crate::error::{Result, try_filled, try_push};
 use crate::job::Job;
 use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, cross, dot, norm, scale, sub};
-use hashbrown::{HashMap, HashSet};
+use hashbrown::HashMap;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -77,9 +77,32 @@ struct Line {
     corners: [Option<usize>; 2],
 }
 
+/// Faces that are marked, by the number of the time when they were.
+struct Marks {
+    of_face: Vec<u32>,
+    now: u32,
+}
+
+impl Marks {
+    fn new(faces: usize) -> Result<Marks> {
+        Ok(Marks { of_face: try_filled(faces, 0, "flat sides")?, now: 0 })
+    }
+
+    /// Marks a face; false if it was.
+    fn set(&mut self, f: u32) -> bool {
+        std::mem::replace(&mut self.of_face[f as usize], self.now) != self.now
+    }
+
+    fn has(&self, f: u32) -> bool {
+        self.of_face[f as usize] == self.now
+    }
+}
+
 /// A flat side and its outline.
-struct Side {
-    faces: HashSet<u32>,
+struct Side<'a> {
+    faces: Vec<u32>,
+    /// They are marked.
+    marks: &'a Marks,
     origin: Vec3,
     axes: [Vec3; 2],
     /// Edges of the outline, the side to their left.
@@ -101,22 +124,26 @@ pub fn draw(dual: &mut Dual, walker: &Walker<'_>, job: &Job) -> Result<()> {
         return Ok(());
     }
     let mut around: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    let mut is_end = try_filled(walker.positions.len(), false, "ends of creases")?;
+    ends.keys().for_each(|&v| is_end[v as usize] = true);
     for (f, t) in walker.triangles.iter().enumerate() {
-        for v in t.iter().filter(|v| ends.contains_key(*v)) {
+        for v in t.iter().filter(|v| is_end[**v as usize]) {
             around.entry(*v).or_default().push(f as u32);
         }
     }
-    let mut seen: HashSet<u32> = HashSet::new();
+    let mut seen = try_filled(walker.triangles.len(), false, "flat sides")?;
+    let mut marks = [Marks::new(seen.len())?, Marks::new(seen.len())?];
+    let [here, beyond] = &mut marks;
     for (v, faces) in &around {
         let end = ends[v];
         let facing = |f: &u32| -dot(dual.normal[*f as usize], end.along);
         let Some(&seed) = faces.iter().max_by(|a, b| facing(a).total_cmp(&facing(b))) else { continue };
-        if facing(&seed) < SQUARE || seen.contains(&seed) {
+        if facing(&seed) < SQUARE || seen[seed as usize] {
             continue;
         }
         job.check()?;
-        let side = Side::new(dual, walker, seed);
-        seen.extend(&side.faces);
+        let side = Side::new(dual, walker, seed, here)?;
+        side.faces.iter().for_each(|&f| seen[f as usize] = true);
         let mut corners = side.corners(walker, &ends);
         if corners.is_empty() || corners.len() > MOST {
             continue;
@@ -125,7 +152,7 @@ pub fn draw(dual: &mut Dual, walker: &Walker<'_>, job: &Job) -> Result<()> {
         lines.iter().for_each(|line| side.mark(dual, line.ends));
         for line in lines {
             if let [Some(k), None] = line.corners {
-                side.fold(dual, walker, line.ends[1], corners[k].crease);
+                side.fold(dual, walker, line.ends[1], corners[k].crease, beyond)?;
             }
         }
     }
@@ -194,23 +221,27 @@ fn meets(from: Point, way: Point, p: Point, q: Point) -> Option<f64> {
     (steep != 0.0 && (0.0..=1.0).contains(&share)).then_some(c)
 }
 
-impl Side {
-    fn new(dual: &Dual, walker: &Walker<'_>, seed: u32) -> Side {
+impl<'a> Side<'a> {
+    fn new(dual: &Dual, walker: &Walker<'_>, seed: u32, marks: &'a mut Marks) -> Result<Side<'a>> {
         let normal = dual.normal[seed as usize];
         let [p, q, _] = walker.triangles[seed as usize].map(|v| walker.positions[v as usize]);
         let x = sub(q, p);
         let x = scale(x, 1.0 / norm(x).max(f64::MIN_POSITIVE));
-        let mut faces: HashSet<u32> = HashSet::new();
-        let (mut stack, mut order) = (vec![seed], Vec::new());
+        marks.now += 1;
+        let (mut stack, mut faces) = (vec![seed], Vec::new());
         while let Some(f) = stack.pop() {
-            if faces.insert(f) {
-                order.push(f);
-                let flat = |g: &u32| !faces.contains(g) && dot(dual.normal[*g as usize], normal) >= FLAT;
-                stack.extend(dual.around(f).iter().map(|a| a.0).filter(flat));
+            if marks.set(f) {
+                try_push(&mut faces, f, "flat sides")?;
+                for &(g, _) in dual.around(f) {
+                    if !marks.has(g) && dot(dual.normal[g as usize], normal) >= FLAT {
+                        try_push(&mut stack, g, "flat sides")?;
+                    }
+                }
             }
         }
         let mut side = Side {
             faces,
+            marks,
             origin: p,
             axes: [x, cross(normal, x)],
             outline: Vec::new(),
@@ -220,13 +251,14 @@ impl Side {
             lengths: Vec::new(),
         };
         let mut pinched: Vec<u32> = Vec::new();
-        for &f in &order {
+        for k in 0..side.faces.len() {
+            let f = side.faces[k];
             for h in 3 * f..3 * f + 3 {
                 let twin = walker.topology.twin(h);
-                if twin == NONE || !side.faces.contains(&(twin / 3)) {
+                if twin == NONE || !side.marks.has(twin / 3) {
                     let (t, k) = (walker.triangles[f as usize], h as usize % 3);
                     let (a, b) = (t[k], t[(k + 1) % 3]);
-                    side.outline.push([a, b]);
+                    try_push(&mut side.outline, [a, b], "flat sides")?;
                     let twice = side.next.insert(a, b).is_some();
                     if side.last.insert(b, a).is_some() || twice {
                         pinched.extend([a, b]);
@@ -239,7 +271,7 @@ impl Side {
             side.last.remove(&v);
         }
         side.walk_around(walker);
-        side
+        Ok(side)
     }
 
     fn flat(&self, walker: &Walker<'_>, v: u32) -> Point {
@@ -391,7 +423,7 @@ impl Side {
 
     /// --- a line that ends on an edge goes on around it, straight across what is flush there, if that is no wider than
     /// the crease is long
-    fn fold(&self, dual: &mut Dual, walker: &Walker<'_>, end: Point, crease: f64) {
+    fn fold(&self, dual: &mut Dual, walker: &Walker<'_>, end: Point, crease: f64, room: &mut Marks) -> Result<()> {
         let at: Vec3 = std::array::from_fn(|k| self.origin[k] + end[0] * self.axes[0][k] + end[1] * self.axes[1][k]);
         let off = |h: u32| {
             let (t, k) = (walker.triangles[h as usize / 3], h as usize % 3);
@@ -401,15 +433,14 @@ impl Side {
             let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
             long(to, edge.map(|x| share * x))
         };
-        let beyond =
-            |h: &u32| walker.topology.twin(*h) != NONE && !self.faces.contains(&(walker.topology.twin(*h) / 3));
+        let beyond = |h: &u32| walker.topology.twin(*h) != NONE && !self.marks.has(walker.topology.twin(*h) / 3);
         let edges = self.faces.iter().flat_map(|f| 3 * f..3 * f + 3).filter(beyond).map(|h| (off(h), h));
-        let Some((_, edge)) = edges.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else { return };
-        let side = Side::new(dual, walker, walker.topology.twin(edge) / 3);
+        let Some((_, edge)) = edges.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else { return Ok(()) };
+        let side = Side::new(dual, walker, walker.topology.twin(edge) / 3, room)?;
         let down = scale(cross(self.axes[0], self.axes[1]), -1.0);
         let (from, way) = (side.project(at), side.axes.map(|a| dot(a, down)));
         if way[0].hypot(way[1]) < SQUARE {
-            return;
+            return Ok(());
         }
         let outline = side.outline.iter().map(|e| e.map(|v| side.flat(walker, v)));
         let ends = outline.filter_map(|[p, q]| meets(from, way, p, q)).filter(|c| *c > 1e-3 * crease);
@@ -417,6 +448,7 @@ impl Side {
         if length <= FOLD * crease {
             side.mark(dual, [from, [from[0] + length * way[0], from[1] + length * way[1]]]);
         }
+        Ok(())
     }
 
     /// --- steps between faces on two sides of a line
@@ -430,7 +462,7 @@ impl Side {
         let mut over: Vec<u32> = Vec::new();
         for &f in &self.faces {
             let a = place(f);
-            for &(g, s) in dual.around(f).iter().filter(|n| n.0 > f && self.faces.contains(&n.0)) {
+            for &(g, s) in dual.around(f).iter().filter(|n| n.0 > f && self.marks.has(n.0)) {
                 let b = place(g);
                 if (a[1] < 0.0) != (b[1] < 0.0) {
                     let middle = a[0] + (b[0] - a[0]) * a[1] / (a[1] - b[1]);

@@ -49,7 +49,7 @@ fn box_in_any_position() {
 #[test]
 fn longest_ways_in_closed_form() {
     let job = Job::default();
-    let longest = |shape: &Faces| lengths::longest(&shape.0, &shape.1, &job).unwrap();
+    let longest = |shape: &Faces| lengths::longest(&shape.0, &shape.1, true, &job).unwrap();
     let sheet = longest(&grid(&[0.0, 4.0], &[0.0, 3.0])).unwrap();
     near(sheet.length, 5.0, 1e-9);
     near(norm(sub(sheet.ends[0], sheet.ends[1])), 5.0, 1e-9);

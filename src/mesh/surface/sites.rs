@@ -170,6 +170,12 @@ struct Occupant {
     next: u32,
 }
 
+const HASH: u64 = 0x51_7C_C1_B7;
+
+fn mix(h: u64, x: i64) -> u64 {
+    (h ^ x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29)
+}
+
 /// The points taken so far and a hash grid over them and the vertices.
 struct Packing {
     first_vertex: usize,
@@ -228,8 +234,11 @@ impl Packing {
     }
 
     fn slot(&self, c: [i64; 3]) -> usize {
-        let mix = |h: u64, x: i64| (h ^ x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29);
-        c.iter().fold(0x51_7C_C1_B7, |h, &x| mix(h, x)) as usize & (self.heads.len() - 1)
+        self.head_of(c.iter().fold(HASH, |h, &x| mix(h, x)))
+    }
+
+    fn head_of(&self, hash: u64) -> usize {
+        hash as usize & (self.heads.len() - 1)
     }
 
     fn enter(&mut self, at: [f64; 3], normal: [f64; 3]) {
@@ -240,10 +249,16 @@ impl Packing {
 
     /// True if nothing of the same sheet is within the packing radius, which is at most half a cell: eight cells to see.
     fn is_free(&self, at: [f64; 3], normal: [f64; 3]) -> bool {
-        let low = at.map(|x| (x / self.cell - 0.5).floor() as i64);
+        let cell = at.map(|x| x / self.cell);
+        let low = cell.map(|x| (x - 0.5).floor() as i64);
         let normal = normal.map(|x| x as f32);
-        (0..8).all(|corner| {
-            let mut i = self.heads[self.slot([0, 1, 2].map(|k| low[k].wrapping_add(corner >> k & 1)))];
+        let two = |h: u64, x: i64| [mix(h, x), mix(h, x.wrapping_add(1))];
+        let eight = two(HASH, low[0]).map(|h| two(h, low[1]).map(|h| two(h, low[2])));
+        // the point's own cell first: what is in its way is there more often than in any other
+        let own = [0, 1, 2].map(|k| usize::from(cell[k].floor() as i64 != low[k]));
+        (0..8).all(|other| {
+            let [x, y, z] = [0, 1, 2].map(|k| own[k] ^ (other >> k & 1));
+            let mut i = self.heads[self.head_of(eight[x][y][z])];
             while i != u32::MAX {
                 let o = &self.occupants[i as usize];
                 let d = sub(o.at, at);

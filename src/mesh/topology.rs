@@ -281,6 +281,16 @@ mod tests {
     }
 
     #[test]
+    fn edges_alone_are_those_of_the_whole() {
+        for (p, t) in [cuboid([1.0, 2.0, 3.0]), moebius(24)] {
+            let (all, alone) = (Topology::new(&p, &t).unwrap(), Topology::edges_of(p.len(), &t).unwrap());
+            assert_eq!(alone.edge_of_halfedge, all.edge_of_halfedge);
+            assert!((0..all.edge_count() as u32).all(|e| alone.halfedges(e) == all.halfedges(e)));
+            assert_eq!((alone.edge_count(), alone.shells.len()), (all.edge_count(), 0));
+        }
+    }
+
+    #[test]
     fn an_inverted_cube_and_single_turned_faces_are_set_right() {
         let (p, t) = cuboid([1.0, 1.0, 1.0]);
         let top = Topology::new(&p, &reversed(&t)).unwrap();

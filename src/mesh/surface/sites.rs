@@ -8,10 +8,11 @@
 
 use super::normal;
 use super::split::UNIT;
-use crate::error::{Result, try_filled, try_vec};
+use crate::error::{Result, try_filled, try_push, try_vec};
 use crate::job::Job;
 use crate::mesh::intrinsic::for_each_edge;
 use crate::mesh::measure::{distance, dot, norm, sub};
+use rayon::prelude::*;
 
 /// No two points of a sheet are closer than this many spacings.
 const PACKING: f64 = 0.7;
@@ -19,6 +20,8 @@ const PACKING: f64 = 0.7;
 const MARGIN: f64 = 0.35;
 /// Sheets whose normals differ by more than about 100 degrees do not see each other: sides of a thin wall.
 const SAME_SHEET: f64 = -0.2;
+/// Edges whose candidates are looked at side by side.
+const BLOCK: usize = 1024;
 /// Candidates per allowed point; the spacing of candidates grows beyond.
 const CANDIDATES: usize = 24;
 
@@ -122,7 +125,7 @@ pub(super) fn lay_out(
         packing.crowded = false;
         packing.along_edges(positions, &edges, &order[fixed..], step, job)?;
         packing.inside_faces(positions, triangles, &normals, h, job)?;
-        packing.along_edges(
+        packing.fill_edges(
             positions,
             &edges,
             &order,
@@ -161,6 +164,29 @@ fn edges(positions: &[[f64; 3]], triangles: &[[u32; 3]], normals: &[[f64; 3]]) -
         edges.push(Edge { ends, length, normal: unit(normal), face: h as u32 / 3, sides: sides.len() as u32 });
     })?;
     Ok((edges, side_edge))
+}
+
+/// An edge in equal pieces.
+struct Line<'a> {
+    edge: &'a Edge,
+    ends: [[f64; 3]; 2],
+    pieces: i64,
+}
+
+impl Line<'_> {
+    /// Pieces no longer than `step`, about.
+    fn new<'a>(positions: &[[f64; 3]], edge: &'a Edge, step: f64) -> Line<'a> {
+        let pieces = (edge.length / step).ceil().min(UNIT as f64 / 16.0) as i64;
+        Line { edge, ends: edge.ends.map(|v| positions[v as usize]), pieces }
+    }
+
+    /// Where piece `i` begins, and how far along that is.
+    fn at(&self, i: i64) -> ([f64; 3], i64) {
+        let along = i * UNIT / self.pieces;
+        let t = along as f64 / UNIT as f64;
+        let [a, b] = self.ends;
+        ([0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * t), along)
+    }
 }
 
 /// A point that keeps others at a distance. Single precision is enough for a rule of thumb.
@@ -293,22 +319,56 @@ impl Packing {
         job: &Job,
     ) -> Result<()> {
         for &e in order {
-            let edge = &edges[e as usize];
-            let pieces = (edge.length / step).ceil().min(UNIT as f64 / 16.0) as i64;
-            let [a, b] = edge.ends.map(|v| positions[v as usize]);
-            for i in 1..pieces {
+            let line = Line::new(positions, &edges[e as usize], step);
+            for i in 1..line.pieces {
                 if i % 1024 == 0 {
                     job.check()?;
                 }
-                let along = i * UNIT / pieces;
-                let t = along as f64 / UNIT as f64;
-                let at = [0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * t);
-                if let Some(vertex) = self.offer(at, edge.normal, edge.face) {
-                    self.on_edges.push((e, OnEdge { vertex, along }));
-                }
+                self.offer_on(e, &line, i);
             }
         }
         job.check()
+    }
+
+    /// The same where there is little room left. What is in the way of a point stays there: so most points are ruled out
+    /// side by side, and only the others are offered in turn.
+    fn fill_edges(
+        &mut self,
+        positions: &[[f64; 3]],
+        edges: &[Edge],
+        order: &[u32],
+        step: f64,
+        job: &Job,
+    ) -> Result<()> {
+        let line = |e: u32| Line::new(positions, &edges[e as usize], step);
+        for block in order.chunks(BLOCK) {
+            let this = &*self;
+            let open = |&e: &u32| {
+                let (line, mut open) = (line(e), Vec::new());
+                for i in 1..line.pieces {
+                    if i % 1024 == 0 {
+                        job.check()?;
+                    }
+                    if this.is_free(line.at(i).0, line.edge.normal) {
+                        try_push(&mut open, i, "analysis surface")?;
+                    }
+                }
+                Ok(open)
+            };
+            let open: Vec<Vec<i64>> = block.par_iter().with_min_len(8).map(open).collect::<Result<_>>()?;
+            for (&e, open) in block.iter().zip(open) {
+                open.into_iter().for_each(|i| self.offer_on(e, &line(e), i));
+            }
+            job.check()?;
+        }
+        Ok(())
+    }
+
+    fn offer_on(&mut self, e: u32, line: &Line<'_>, i: i64) {
+        let (at, along) = line.at(i);
+        if let Some(vertex) = self.offer(at, line.edge.normal, line.edge.face) {
+            self.on_edges.push((e, OnEdge { vertex, along }));
+        }
     }
 
     /// Offers the points of a triangular lattice inside every face that is wide enough to hold any.
@@ -376,5 +436,34 @@ impl Packing {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::grid_box;
+
+    #[test]
+    fn edges_are_filled_side_by_side_as_in_turn() {
+        let (positions, triangles) = grid_box([7.0, 4.0, 0.3], [3, 2, 1]);
+        let normals: Vec<[f64; 3]> = triangles.iter().map(|t| unit(normal(&positions, t))).collect();
+        let (edges, _) = edges(&positions, &triangles, &normals).unwrap();
+        let order: Vec<u32> = (0..edges.len() as u32).collect();
+        let points = |filled: bool, limit: usize| {
+            let mut packing = Packing::new(positions.len(), 0.1, limit);
+            packing.occupy(&positions, &triangles, &normals).unwrap();
+            let job = Job::default();
+            packing.along_edges(&positions, &edges, &order[..9], 0.2, &job).unwrap();
+            match filled {
+                true => packing.fill_edges(&positions, &edges, &order, 0.03, &job).unwrap(),
+                false => packing.along_edges(&positions, &edges, &order, 0.03, &job).unwrap(),
+            }
+            (packing.points, packing.on_edges.iter().map(|(e, p)| (*e, p.vertex, p.along)).collect::<Vec<_>>())
+        };
+        for limit in [10_000, 100] {
+            assert_eq!(points(true, limit), points(false, limit));
+        }
+        assert!(points(true, 10_000).0.len() > 300);
     }
 }

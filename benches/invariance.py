@@ -90,9 +90,11 @@ def compare(first, second):
 def summary(name, rows):
     findings = [r for r in rows if r[0] >= FINDING]
     off = [r[2] for r in rows if r[1]] or [float("nan")]
+    found = max((r[2] for r in findings if r[1]), default=float("nan"))
     again = sum(r[1] for r in rows), sum(r[1] for r in findings)
     print(f"{name:32} features {again[0]}/{len(rows)}  findings {again[1]}/{len(findings)}  "
-          f"ratio off: median {np.median(off):.4f}, 95 % {np.percentile(off, 95):.4f}, worst {max(off):.4f}", flush=True)
+          f"ratio off: median {np.median(off):.4f}, 95 % {np.percentile(off, 95):.4f}, worst {max(off):.4f}, "
+          f"worst of findings {found:.4f}", flush=True)
 
 
 def main(check, folder, only):

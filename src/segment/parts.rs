@@ -20,7 +20,7 @@ use crate::thickness::chords::{first_met, widths_at};
 use crate::thickness::cone::{self, Cone};
 use hashbrown::HashMap;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Patches that stand for all in the embedding.
 const LANDMARKS: usize = 600;
@@ -95,7 +95,13 @@ pub fn by_creases(
     let mut region = best.map_or(Vec::new(), |b| b.1);
     if count.is_none() {
         bettered(&sharp, &pulls, &across, &mut region, job)?;
-        region = reunited(&region, &over, &across, (&width, &patches.area))?;
+        let measured = (&width[..], &patches.area[..]);
+        let before = region;
+        region = reunited(&before, &over, &across, measured)?;
+        // what is parted now is not held together across any more, and borders may be better elsewhere
+        let ties: Vec<Tie> = over.iter().chain(across.iter().filter(|t| !parted(&region, t.0))).copied().collect();
+        let apart = settled(&before, &region, &over, measured)?;
+        refine(n, &ties, &[], &apart, &mut region, job)?;
     }
     Ok(patches.of_face.iter().map(|&p| region[p as usize]).collect())
 }
@@ -147,6 +153,7 @@ fn bettered(piece: &[u32], pulls: &[Tie], across: &[Tie], region: &mut [u32], jo
         let p = same[0][0] as usize;
         side[p] |= same.len() as f64 >= PLATE * f64::from(count[p]);
     }
+    let none = BTreeSet::new();
     // --- sides of plates as one node, as far as they are of one region; other patches as they are
     let mut unit: BTreeMap<[u32; 2], u32> = BTreeMap::new();
     let node: Vec<u32> = (0..n as u32)
@@ -165,10 +172,10 @@ fn bettered(piece: &[u32], pulls: &[Tie], across: &[Tie], region: &mut [u32], jo
         }
     }
     let seeds: Vec<Vec<u32>> = seeds.into_iter().filter(|s| count[s.0[0] as usize] >= LARGE).map(|s| s.1).collect();
-    refine(n, &between, &seeds, region, job)?;
+    refine(n, &between, &seeds, &none, region, job)?;
     (0..n).for_each(|v| region[v] = region[node[v] as usize]);
     // --- the borders between them
-    refine(n, pulls, &[], region, job)
+    refine(n, pulls, &[], &none, region, job)
 }
 
 /// How much of what holds two pieces together across a wall counts, in shares of their attraction by the borders of the
@@ -187,11 +194,7 @@ fn reunited(region: &[u32], over: &[Tie], across: &[Tie], measured: (&[f64], &[f
     let within = over.iter().filter(|t| !parted(region, t.0)).map(|t| t.0);
     let piece = together(n, within)?;
     let middle = middles(&piece, measured)?;
-    // also true where one is not known
-    let alike = |[p, q]: [u32; 2]| {
-        let [a, b] = [middle[p as usize], middle[q as usize]];
-        !(a.min(b) < ALIKE * a.max(b))
-    };
+    let alike = |pair: [u32; 2]| are_alike(&middle, pair);
     // --- by two pieces: how much they attract each other over their border; which are one across
     let mut border: BTreeMap<[u32; 2], f64> = BTreeMap::new();
     for &(patches, w) in over.iter().filter(|t| parted(region, t.0)) {
@@ -220,6 +223,33 @@ fn reunited(region: &[u32], over: &[Tie], across: &[Tie], measured: (&[f64], &[f
     }
     let joined = together(n, joins.into_iter())?;
     Ok(piece.iter().map(|&p| joined[p as usize]).collect())
+}
+
+/// Neighbouring regions whose border stays: both are as they were `before`, or one is much thicker than the other.
+fn settled(before: &[u32], region: &[u32], over: &[Tie], measured: (&[f64], &[f64])) -> Result<BTreeSet<[u32; 2]>> {
+    let middle = middles(region, measured)?;
+    // --- regions that are one of several that were one
+    let mut first = try_filled(region.len(), NONE, "regions")?;
+    let mut several = try_filled(region.len(), false, "regions")?;
+    for (&was, &is) in before.iter().zip(region) {
+        let first = &mut first[was as usize];
+        if *first == NONE {
+            *first = is;
+        } else if *first != is {
+            several[was as usize] = true;
+        }
+    }
+    let mut new = try_filled(region.len(), false, "regions")?;
+    before.iter().zip(region).for_each(|(&was, &is)| new[is as usize] |= several[was as usize]);
+    let stays = |pair: [u32; 2]| !pair.iter().any(|&r| new[r as usize]) || !are_alike(&middle, pair);
+    let pairs = over.iter().map(|t| t.0.map(|v| region[v as usize])).map(|[a, b]| pair(a, b));
+    Ok(pairs.filter(|&pair| stays(pair)).collect())
+}
+
+/// Whether two pieces are about as wide, by how wide each is in the middle; also where that of one is not known.
+fn are_alike(middle: &[f64], pieces: [u32; 2]) -> bool {
+    let [a, b] = pieces.map(|p| middle[p as usize]);
+    !(a.min(b) < ALIKE * a.max(b))
 }
 
 /// How wide pieces are in the middle of their area, by piece; NaN where no patch of one has a width.

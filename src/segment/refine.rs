@@ -12,6 +12,7 @@ use crate::error::{Result, try_filled, try_push, try_vec};
 use crate::job::Job;
 use crate::mesh::NONE;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 /// Rounds over all regions; two or three are usual.
@@ -93,11 +94,18 @@ struct Cut<'a> {
 
 /// Betters a partition of `n` nodes by `region`, whose labels are below `n`: the sum of the `pulls` within regions grows.
 /// Borders are moved and regions joined; regions are parted by what grows from one of the `seeds`, sets of nodes of which
-/// those in the region of the first count.
+/// those in the region of the first count. Between the regions in `apart`, lower label first, nothing is moved.
 ///
 /// # Errors
 /// [`crate::error::Error::NoMemory`], [`crate::error::Error::Cancelled`].
-pub fn refine(n: usize, pulls: &[([u32; 2], f64)], seeds: &[Vec<u32>], region: &mut [u32], job: &Job) -> Result<()> {
+pub fn refine(
+    n: usize,
+    pulls: &[([u32; 2], f64)],
+    seeds: &[Vec<u32>],
+    apart: &BTreeSet<[u32; 2]>,
+    region: &mut [u32],
+    job: &Job,
+) -> Result<()> {
     let mut members: Vec<Vec<u32>> = try_filled(n, Vec::new(), "regions")?;
     for (v, &r) in region.iter().enumerate() {
         try_push(&mut members[r as usize], v as u32, "regions")?;
@@ -121,7 +129,7 @@ pub fn refine(n: usize, pulls: &[([u32; 2], f64)], seeds: &[Vec<u32>], region: &
     for _ in 0..ROUNDS {
         let open = std::mem::replace(&mut cut.open, try_filled(n, false, "regions")?);
         let split = cut.all(&parts, &open, job)?;
-        let moved = cut.all(&cut.pairs()?, &open, job)?;
+        let moved = cut.all(&cut.pairs(apart)?, &open, job)?;
         if !split && !moved {
             break;
         }
@@ -170,8 +178,8 @@ impl Cut<'_> {
         }
     }
 
-    /// Regions that have a common border.
-    fn pairs(&self) -> Result<Vec<Try<'static>>> {
+    /// Regions that have a common border, but for those.
+    fn pairs(&self, apart: &BTreeSet<[u32; 2]>) -> Result<Vec<Try<'static>>> {
         let mut pairs: Vec<[u32; 2]> = Vec::new();
         for v in 0..self.region.len() as u32 {
             let a = self.region[v as usize];
@@ -185,6 +193,7 @@ impl Cut<'_> {
         }
         pairs.sort_unstable();
         pairs.dedup();
+        pairs.retain(|pair| !apart.contains(pair));
         let mut tries = try_vec(pairs.len(), "borders of regions")?;
         tries.extend(pairs.into_iter().map(Try::Between));
         Ok(tries)
@@ -224,10 +233,13 @@ impl Cut<'_> {
                 let small = &self.members[small as usize];
                 let of =
                     |v: &u32| self.graph.around(*v).iter().filter(|e| self.region[e.0 as usize] == large).map(|e| e.1);
-                if small.iter().flat_map(of).sum::<f64>() > self.slight {
-                    scratch.moves.extend(small);
-                } else if !small.is_empty() {
-                    self.row([a, b], std::iter::empty(), small, ROW.0 * n.min(m) + ROW.1, scratch);
+                let joined = small.iter().flat_map(of).sum::<f64>();
+                if !small.is_empty() {
+                    let gain = self.row([a, b], std::iter::empty(), small, ROW.0 * n.min(m) + ROW.1, scratch);
+                    if joined > gain {
+                        scratch.moves.clear();
+                        scratch.moves.extend(small);
+                    }
                 }
             }
         }
@@ -254,7 +266,7 @@ impl Cut<'_> {
     }
 
     /// A row of at most `most` moves between two regions, begun with those of `seed` from the first and with what lies
-    /// between them, `small` being the nodes of one: as many moves are left in the scratch as gain most.
+    /// between them, `small` being the nodes of one: as many moves are left in the scratch as gain most. Returns that gain.
     fn row(
         &self,
         of: [u32; 2],
@@ -262,7 +274,7 @@ impl Cut<'_> {
         small: &[u32],
         most: usize,
         scratch: &mut Scratch,
-    ) {
+    ) -> f64 {
         let Scratch { seen, row, queue, moves } = scratch;
         *row += 1;
         queue.clear();
@@ -316,6 +328,7 @@ impl Cut<'_> {
         }
         // --- as far as it was best
         moves.truncate(best.1);
+        best.0
     }
 
     /// Moves nodes to the other side.
@@ -372,14 +385,26 @@ mod tests {
         let mut pulls: Vec<([u32; 2], f64)> = [square(0), square(4)].concat();
         pulls.extend([([1, 4], -2.0), ([2, 7], -2.0), ([3, 6], 1.0)]);
         let mut region = vec![0; 8];
-        refine(8, &pulls, &[vec![0], vec![5, 6]], &mut region, &Job::default()).unwrap();
+        refine(8, &pulls, &[vec![0], vec![5, 6]], &BTreeSet::new(), &mut region, &Job::default()).unwrap();
         let of = |r: u32| (0..8).filter(|&v| region[v] == r).collect::<Vec<_>>();
         assert_eq!([of(region[0]), of(region[4])], [vec![0, 1, 2, 3], vec![4, 5, 6, 7]]);
         // one node on the wrong side, and one region too many
         let mut region = vec![0, 0, 0, 4, 4, 4, 6, 6];
-        refine(8, &pulls, &[], &mut region, &Job::default()).unwrap();
+        refine(8, &pulls, &[], &BTreeSet::new(), &mut region, &Job::default()).unwrap();
         assert!(region[..4].iter().all(|r| *r == region[0]) && region[4..].iter().all(|r| *r == region[4]));
         assert_ne!(region[0], region[4]);
+    }
+
+    #[test]
+    fn part_of_a_region_moves_where_joining_gains_less_and_nothing_between_regions_kept_apart() {
+        let pulls = [([0, 1], 0.5), ([1, 2], 3.0), ([0, 2], -2.0), ([2, 3], 5.0)];
+        let moved = |apart: &[[u32; 2]]| {
+            let mut region = vec![0, 0, 2, 2];
+            refine(4, &pulls, &[], &apart.iter().copied().collect(), &mut region, &Job::default()).unwrap();
+            region
+        };
+        assert_eq!(moved(&[]), [0, 2, 2, 2]);
+        assert_eq!(moved(&[[0, 2]]), [0, 0, 2, 2]);
     }
 
     #[test]
@@ -397,8 +422,15 @@ mod tests {
             for start in 0..3 {
                 let mut region: Vec<u32> = (0..n).map(|v| [0, v, v / 2][start]).collect();
                 let before = within(&pulls, &region);
-                refine(n as usize, &pulls, &(0..n).map(|v| vec![v]).collect::<Vec<_>>(), &mut region, &Job::default())
-                    .unwrap();
+                refine(
+                    n as usize,
+                    &pulls,
+                    &(0..n).map(|v| vec![v]).collect::<Vec<_>>(),
+                    &BTreeSet::new(),
+                    &mut region,
+                    &Job::default(),
+                )
+                .unwrap();
                 assert!(within(&pulls, &region) >= before - 1e-9 && region.iter().all(|r| *r < n));
                 let once = within(&pulls, &region);
                 // nor does joining two regions

@@ -1107,7 +1107,7 @@ typedef struct ar_feature_info {
   double d2_max;
   /// D2min: the least width on its surface.
   double d2_min;
-  /// Area.
+  /// Area of its surface; of a face that its border crosses, the part on its side.
   double area;
   /// D1max; of a ring the way around.
   double length;
@@ -1173,7 +1173,8 @@ ar_status ar_find_features(ar_mesh *mesh,
                            const ar_feature_options *options,
                            ar_error *error);
 
-/// Feature of every face in the order of the file or buffer, -1 for a face that takes no part.
+/// Feature of every face in the order of the file or buffer, -1 for a face that takes no part. A face that a border
+/// crosses has the feature that most of it belongs to; features are measured on what is theirs of such faces.
 ///   out   capacity numbers, capacity in faces.
 ar_status ar_get_face_feature(const ar_mesh *mesh,
                               int32_t *out,

@@ -136,7 +136,7 @@ pub struct ar_feature_info {
     pub d2_max: f64,
     /// D2min: the least width on its surface.
     pub d2_min: f64,
-    /// Area.
+    /// Area of its surface; of a face that its border crosses, the part on its side.
     pub area: f64,
     /// D1max; of a ring the way around.
     pub length: f64,
@@ -246,7 +246,8 @@ pub unsafe extern "C" fn ar_find_features(
     }
 }
 
-/// Feature of every face in the order of the file or buffer, -1 for a face that takes no part.
+/// Feature of every face in the order of the file or buffer, -1 for a face that takes no part. A face that a border
+/// crosses has the feature that most of it belongs to; features are measured on what is theirs of such faces.
 ///   out   capacity numbers, capacity in faces.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn ar_get_face_feature(

@@ -3,15 +3,15 @@
 use super::foot::Standing;
 use super::kind;
 use super::lengths::{self, Length};
+use super::skin::Skin;
 use super::widths::{Place, quantile};
 use super::{Feature, Width};
 use crate::error::{Error, Result};
 use crate::job::Job;
+use crate::mesh::NONE;
 use crate::mesh::measure::{Vec3, add, cross, distance, dot, norm, scale, sub};
 use crate::mesh::proxy::REFERENCE_LIMIT;
 use crate::mesh::sets::SparseSets;
-use crate::mesh::{NONE, TriMesh};
-use crate::segment::dual::Dual;
 use crate::segment::ring;
 use std::collections::BTreeMap;
 
@@ -35,13 +35,9 @@ const LEVEL: f64 = 0.1;
 
 /// A part and its features.
 pub struct Scene<'a> {
-    /// The part.
-    pub mesh: &'a TriMesh,
-    /// Its faces, oriented outward.
-    pub triangles: &'a [[u32; 3]],
-    /// Their neighbours.
-    pub dual: &'a Dual,
-    /// Their features.
+    /// Its surface.
+    pub skin: &'a Skin<'a>,
+    /// The features of its faces.
     pub label: &'a [u32],
 }
 
@@ -49,16 +45,16 @@ impl Scene<'_> {
     /// Measures feature `k`, given its faces and the places on them; for `haste` see [`lengths::longest`].
     pub fn measure(&self, k: u32, faces: &[u32], places: Vec<&Place>, haste: bool, job: &Job) -> Result<Feature> {
         job.check()?;
-        let positions = self.mesh.positions();
-        let (centroid, area) = lengths::centroid(positions, self.triangles, faces);
+        let Skin { positions, triangles, whole, .. } = *self.skin;
+        let (centroid, area) = lengths::centroid(positions, triangles, faces);
         // a very large part in one piece has a reference, and needs no copy of itself
-        let whole = faces.len() == self.triangles.len() && faces.len() > REFERENCE_LIMIT;
-        let known = if whole { self.mesh.reference(job)? } else { None };
+        let whole = whole.filter(|_| faces.len() == triangles.len() && faces.len() > REFERENCE_LIMIT);
+        let known = whole.map(|mesh| mesh.reference(job)).transpose()?.flatten();
         let extracted;
         let own = match known {
-            Some(_) => (positions, self.triangles),
+            Some(_) => (positions, triangles),
             None => {
-                extracted = lengths::extract(positions, self.triangles, faces)?;
+                extracted = lengths::extract(positions, triangles, faces)?;
                 (&extracted.0[..], &extracted.1[..])
             }
         };
@@ -107,13 +103,12 @@ impl Scene<'_> {
             Some(l) if ring::handles(triangles) > 0 => ring::is_ring(positions, triangles, &l.field),
             _ => false,
         };
-        let positions = self.mesh.positions();
-        let standing =
-            Standing { positions, triangles: self.triangles, dual: self.dual, label: self.label, own: k, thickness };
+        let Skin { positions, triangles, dual, .. } = *self.skin;
+        let standing = Standing { positions, triangles, dual, label: self.label, own: k, thickness };
         // what is above its foot, or what stands in for that, and how long it is
         let above = || {
             let Some(above) = standing.above(faces) else { return Ok(None) };
-            let above = lengths::extract(positions, self.triangles, &above)?;
+            let above = lengths::extract(positions, triangles, &above)?;
             let above = match lengths::simpler(&above.0, &above.1, job)? {
                 Some(simpler) => (simpler.positions, simpler.triangles),
                 None => above,
@@ -133,8 +128,8 @@ impl Scene<'_> {
         Ok((whole, ring))
     }
 
-    /// D2max and D2min.
-    fn widths(&self, k: u32, mut places: Vec<&Place>, faces: &[u32]) -> Result<(Width, Width)> {
+    /// D2max and D2min of feature `k` from the places on it, `faces` being its faces.
+    pub fn widths(&self, k: u32, mut places: Vec<&Place>, faces: &[u32]) -> Result<(Width, Width)> {
         places.retain(|p| p.width.is_finite());
         let least = quantile(&mut places, 0.0).map_or(Width::NONE, Width::of);
         let own = |p: &&Place| p.facing != NONE && self.label[p.facing as usize] == k;
@@ -161,7 +156,7 @@ impl Scene<'_> {
     /// How far the feature rises from the plane that its border lies in, its highest point and the foot of that point;
     /// none if its border lies in no plane, within a share of `width`, or the feature on both sides of it.
     pub fn height(&self, k: u32, faces: &[u32], width: f64) -> Result<Option<(f64, Vec3, Vec3)>> {
-        let positions = self.mesh.positions();
+        let Skin { positions, triangles, .. } = *self.skin;
         let border = self.largest_border(k, faces)?;
         // --- the plane: its normal is the area vector of the closed border, which points into the feature
         let whole: f64 = border.iter().map(|(a, b)| distance(*a, *b)).sum();
@@ -180,7 +175,7 @@ impl Scene<'_> {
         if border.iter().any(|(a, _)| level(*a).abs() > LEVEL * width) {
             return Ok(None);
         }
-        let corner = faces.iter().flat_map(|&f| self.triangles[f as usize]).map(|v| positions[v as usize]);
+        let corner = faces.iter().flat_map(|&f| triangles[f as usize]).map(|v| positions[v as usize]);
         let (mut low, mut top) = (0.0f64, (0.0f64, centre));
         for p in corner {
             let h = level(p);
@@ -198,17 +193,16 @@ impl Scene<'_> {
     }
     /// The sides of the closed border that encloses most.
     fn largest_border(&self, k: u32, faces: &[u32]) -> Result<Vec<(Vec3, Vec3)>> {
-        let topology = self.mesh.topology()?;
-        let positions = self.mesh.positions();
+        let Skin { positions, triangles, stored, topology, .. } = *self.skin;
         let mut sides: Vec<[u32; 2]> = Vec::new();
         for &f in faces {
             for c in 0..3usize {
-                // an edge of the mesh as stored: the corners may be turned around in `triangles`
-                let t = self.mesh.triangles()[f as usize];
+                // an edge as stored: the corners may be turned around in `triangles`
+                let t = stored[f as usize];
                 let (a, b) = (t[c], t[(c + 1) % 3]);
                 let around = topology.halfedges(topology.edge_of_halfedge[3 * f as usize + c]);
                 if around.len() != 2 || around.iter().any(|h| self.label[*h as usize / 3] != k) {
-                    let turned = topology.flipped[f as usize];
+                    let turned = t != triangles[f as usize];
                     sides.push(if turned { [b, a] } else { [a, b] });
                 }
             }

@@ -1,8 +1,9 @@
 //! Features: what a person would point at, with what they measure.
 //!
-//! The walk: the segments of [`crate::segment`] → [`widths`] at places spread over them → [`merge`] (what lies back to back
-//! is one wall) → [`sheets`] (what is bent or closed is one) → [`split`] (thin walls flush with their body) → measures of
-//! each: [`lengths`] without the [`foot`], widths, [`kind`] → judged by [`limits`] → [`report`].
+//! The walk: the parts that [`crate::segment`] finds, on a [`skin`] of the faces cut where their borders cross them →
+//! [`widths`] at places spread over them → [`merge`] (what lies back to back is one wall) → [`sheets`] (what is bent or
+//! closed is one) → [`split`] (thin walls flush with their body) → measures of each: [`lengths`] without the [`foot`],
+//! widths, [`kind`] → judged by [`limits`] → [`report`].
 //!
 //! A feature's slenderness is D1max / D2max: the longest shortest way on its own surface over its thickness. Its thickness
 //! is the width of the solid there where both sides belong to the feature, so that neither the fillet at its foot nor
@@ -16,6 +17,7 @@ mod measure;
 pub mod merge;
 pub mod report;
 pub mod sheets;
+pub mod skin;
 pub mod split;
 pub mod widths;
 
@@ -24,8 +26,8 @@ mod tests;
 
 use crate::error::{Result, try_vec};
 use crate::job::{Job, Stage};
-use crate::mesh::TriMesh;
 use crate::mesh::measure::{Vec3, area_vector, corners, norm};
+use crate::mesh::{Topology, TriMesh};
 use crate::segment::dual::Dual;
 use crate::segment::{self, SegmentOptions};
 use crate::thickness::bvh::RayMesh;
@@ -33,6 +35,7 @@ use crate::thickness::wall::WallMesh;
 use kind::{Kind, OrientedBox};
 use measure::Scene;
 use rayon::prelude::*;
+use skin::Skin;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use widths::Place;
 
@@ -86,7 +89,7 @@ pub struct Feature {
     pub dimensions: [f64; 3],
     /// Number of kept faces.
     pub faces: u32,
-    /// Area.
+    /// Area of its surface; of a face that its border crosses, the part on its side.
     pub area: f64,
     /// Centroid of its surface.
     pub centroid: Vec3,
@@ -97,7 +100,7 @@ pub struct Feature {
 /// The features of a part.
 #[derive(Debug, Clone, Default)]
 pub struct Features {
-    /// Feature of every kept face.
+    /// Feature of every kept face: the one that most of it belongs to.
     pub face_feature: Vec<u32>,
     /// By falling area.
     pub features: Vec<Feature>,
@@ -112,9 +115,8 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     segment::admit(mesh, &wanted, job)?;
     let positions = mesh.positions();
     let triangles = mesh.topology()?.oriented(mesh.triangles());
-    let topology = mesh.topology()?;
     let (solid, ground) = rayon::join(
-        || Ok((WallMesh::new(positions, &triangles, job)?, Dual::new(positions, &triangles, topology)?)),
+        || Ok((WallMesh::new(positions, &triangles, job)?, Dual::new(positions, &triangles, mesh.topology()?)?)),
         || segment::lay_out(positions, &triangles, &wanted, job),
     );
     let ((walls, dual), ground) = (solid?, ground?);
@@ -126,20 +128,48 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
             &own
         }
     };
-    let segments = segment::partition(&dual, ground, rays, &wanted, job)?;
+    let label = ground.parts(rays, &wanted, job)?;
+    // --- faces that a border crosses are cut along it
+    match ground.cut(&label, &triangles)? {
+        None => {
+            let label = ground.voted(&label, triangles.len())?;
+            drop(ground);
+            let skin = Skin::of(mesh, &triangles, &dual)?;
+            on_skin(&skin, &label, (rays, &walls), &wanted, job)
+        }
+        Some(cut) => {
+            drop((ground, dual));
+            let topology = Topology::edges_of(cut.positions.len(), &cut.triangles)?;
+            let dual = Dual::new(&cut.positions, &cut.triangles, &topology)?;
+            let skin = Skin::cut(&cut, &topology, &dual);
+            let found = on_skin(&skin, &cut.label, (rays, &walls), &wanted, job)?;
+            skin.on_input(found, triangles.len())
+        }
+    }
+}
+
+/// The features of a skin, by its faces, out of what each is part of.
+fn on_skin(
+    skin: &Skin<'_>,
+    label: &[u32],
+    (rays, walls): (&RayMesh, &WallMesh),
+    wanted: &SegmentOptions,
+    job: &Job,
+) -> Result<Features> {
+    let Skin { positions, triangles, topology, dual, .. } = *skin;
+    let segments = segment::finished(dual, label, wanted)?;
     job.begin(Stage::Thickness, 0.5, 0.7, 12_000)?;
-    let places = widths::places(positions, &triangles, rays, &walls, &segments, job)?;
-    drop(walls);
+    let places = widths::places(skin, rays, walls, &segments, job)?;
     // --- segments back to back are one
-    let joined = merge::back_to_back(positions, &triangles, &dual, &segments, &places)?;
+    let joined = merge::back_to_back(positions, triangles, dual, &segments, &places)?;
     let joined: Vec<u32> = segments.iter().map(|&s| joined[s as usize]).collect();
     // --- a bent sheet, and the walls of a box
-    let sheet = sheets::closed_or_bent(&dual, &joined, &places)?;
+    let sheet = sheets::closed_or_bent(dual, &joined, &places)?;
     let joined: Vec<u32> = joined.iter().map(|&s| sheet[s as usize]).collect();
     // --- thin walls on thick bodies without a crease between
     let min_area = wanted.min_area * dual.area.iter().sum::<f64>();
-    let parts = split::at_jumps(positions, &triangles, topology, &joined, &places, min_area)?;
-    let face_feature = numbered(positions, &triangles, &parts)?;
+    let parts = split::at_jumps(positions, triangles, topology, &joined, &places, min_area)?;
+    let face_feature = numbered(positions, triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures
     let mut by_feature: Vec<Vec<&Place>> = vec![Vec::new(); members.len()];
@@ -147,7 +177,7 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     job.begin(Stage::Geodesic, 0.7, 1.0, members.len() as u64)?;
     // features that nobody has begun to measure
     let waiting = AtomicUsize::new(members.len());
-    let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &face_feature };
+    let scene = Scene { skin, label: &face_feature };
     let features: Vec<Feature> = (members.par_iter().zip(by_feature).enumerate().with_max_len(1))
         .map(|(k, (faces, places))| {
             let last = waiting.fetch_sub(1, Ordering::Relaxed) == 1;

@@ -1,5 +1,6 @@
 //! How wide the features are: spheres between their walls, at places spread over the surface.
 
+use super::skin::Skin;
 use crate::error::{Result, try_vec};
 use crate::job::Job;
 use crate::mesh::measure::{Vec3, add, area, corners, norm, scale, sub};
@@ -30,19 +31,13 @@ pub struct Place {
     pub facing: u32,
 }
 
-/// The width of the solid at places spread over the parts that `label` gives to its faces, in the order of the faces:
-/// evenly over each part, [`LEAST`] in the smallest.
+/// The width of the solid, which `rays` and `walls` are of, at places spread over the parts that `label` gives to the
+/// faces of its skin, in the order of these faces: evenly over each part, [`LEAST`] in the smallest.
 ///
 /// # Errors
 /// Those of [`WallMesh::new`] and [`WallMesh::point_widths`].
-pub fn places(
-    positions: &[Vec3],
-    triangles: &[[u32; 3]],
-    rays: &RayMesh,
-    walls: &WallMesh,
-    label: &[u32],
-    job: &Job,
-) -> Result<Vec<Place>> {
+pub fn places(skin: &Skin<'_>, rays: &RayMesh, walls: &WallMesh, label: &[u32], job: &Job) -> Result<Vec<Place>> {
+    let (positions, triangles) = (skin.positions, skin.triangles);
     let parts = label.iter().map(|l| *l as usize + 1).max().unwrap_or(0);
     let mut part_area = vec![0.0; parts];
     for (f, &t) in triangles.iter().enumerate() {
@@ -60,16 +55,17 @@ pub fn places(
     }
     let Spots { points, faces, areas } = spots;
     // --- spheres, and the walls across
-    let found = walls.point_widths(&points, &faces, job)?;
+    let mut solid = try_vec(faces.len(), "places")?;
+    solid.extend(faces.iter().map(|&f| skin.parent(f)));
+    let found = walls.point_widths(&points, &solid, job)?;
     let ways: Vec<Vec3> = found.centre.iter().zip(&points).map(|(c, p)| sub(*c, *p)).collect();
     let met = first_met(rays, &found.centre, &ways, None, job)?;
     let mut out = try_vec(points.len(), "places")?;
     for i in 0..points.len() {
         let way = norm(ways[i]).max(f64::MIN_POSITIVE);
         let across = add(found.centre[i], scale(ways[i], met[i].distance / way));
-        let place =
-            Place { at: points[i], face: faces[i], area: areas[i], width: found.width[i], across, facing: met[i].face };
-        out.push(place);
+        let facing = skin.at(met[i].face, across);
+        out.push(Place { at: points[i], face: faces[i], area: areas[i], width: found.width[i], across, facing });
     }
     Ok(out)
 }

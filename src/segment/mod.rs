@@ -10,6 +10,7 @@
 //! [`affinity`], [`spectral`], [`kmeans`] → [`finish`] (back on the input, connected, numbered) → [`measure`].
 
 pub mod affinity;
+pub mod borders;
 pub mod creases;
 pub mod cut;
 pub mod dual;
@@ -33,6 +34,7 @@ mod tests;
 mod testshapes;
 
 pub use affinity::Shares;
+pub use borders::CutMesh;
 pub use measure::Segment;
 
 use crate::error::{Error, Result, try_filled, try_vec};
@@ -144,8 +146,10 @@ pub fn segment(mesh: &TriMesh, options: &SegmentOptions, job: &Job) -> Result<Se
         || lay_out(positions, &triangles, options, job),
     );
     let (rays, dual) = solid?;
-    let face_segment = partition(&dual, ground?, &rays, options, job)?;
-    drop(dual);
+    let ground = ground?;
+    let label = ground.parts(&rays, options, job)?;
+    let face_segment = finished(&dual, &ground.voted(&label, triangles.len())?, options)?;
+    drop((dual, ground, label));
     let rays = options.measure.then_some(rays);
     let segments = measure::measure(mesh, &triangles, rays, &face_segment, job)?;
     Ok(Segmentation { face_segment, segments })
@@ -202,40 +206,51 @@ pub fn lay_out(positions: &[Vec3], triangles: &[[u32; 3]], options: &SegmentOpti
     Ok(Ground { surface, dual, patches: Some(patches) })
 }
 
-/// The segment of every kept face: `input` joins these, `ground` is what [`lay_out`] made of them, `rays` what they bound.
-///
-/// # Errors
-/// Those of [`segment`].
-pub fn partition(
-    input: &Dual,
-    ground: Ground,
-    rays: &RayMesh,
-    options: &SegmentOptions,
-    job: &Job,
-) -> Result<Vec<u32>> {
-    let Ground { surface, dual, patches } = ground;
-    let scene = Scene { dual: &dual, parent: &surface.parent_face, rays };
-    let label = match (options.method, &patches) {
-        (Method::Paper, _) | (_, None) => parts::by_all_faces(&scene, options, job)?,
-        (Method::Landmarks, Some(patches)) => parts::by_landmarks(&scene, patches, options, job)?,
-        (Method::Creases, Some(patches)) => {
-            let count = options.count.map(|k| k as usize);
-            parts::by_creases(&scene, &surface, patches, count, job)?
+impl Ground {
+    /// What each face of the surface is part of; not yet connected or numbered. `rays` are of the solid.
+    ///
+    /// # Errors
+    /// Those of [`segment`].
+    pub fn parts(&self, rays: &RayMesh, options: &SegmentOptions, job: &Job) -> Result<Vec<u32>> {
+        let Ground { surface, dual, patches } = self;
+        let scene = Scene { dual, parent: &surface.parent_face, rays };
+        match (options.method, patches) {
+            (Method::Paper, _) | (_, None) => parts::by_all_faces(&scene, options, job),
+            (Method::Landmarks, Some(patches)) => parts::by_landmarks(&scene, patches, options, job),
+            (Method::Creases, Some(patches)) => {
+                let count = options.count.map(|k| k as usize);
+                parts::by_creases(&scene, surface, patches, count, job)
+            }
         }
-    };
-    let label = match patches {
-        None => label,
-        Some(_) => finish::vote(&surface, &dual.area, &label, input.face_count())?,
-    };
-    finished(input, label, options)
+    }
+
+    /// The part that most of each kept face belongs to.
+    ///
+    /// # Errors
+    /// [`Error::NoMemory`].
+    pub fn voted(&self, label: &[u32], faces: usize) -> Result<Vec<u32>> {
+        finish::vote(&self.surface, &self.dual.area, label, faces)
+    }
+
+    /// The kept faces, `triangles` as given to [`lay_out`], cut where a border of the parts crosses them; none where it
+    /// crosses none.
+    ///
+    /// # Errors
+    /// [`Error::NoMemory`].
+    pub fn cut(&self, label: &[u32], triangles: &[[u32; 3]]) -> Result<Option<CutMesh>> {
+        borders::cut(&self.surface, &self.dual.area, label, triangles)
+    }
 }
 
-/// Labels as connected, numbered segments of the input.
-fn finished(dual: &Dual, label: Vec<u32>, options: &SegmentOptions) -> Result<Vec<u32>> {
+/// Labels of faces as connected, numbered segments: the segment of each. `dual` joins the faces.
+///
+/// # Errors
+/// [`Error::NoMemory`].
+pub fn finished(dual: &Dual, label: &[u32], options: &SegmentOptions) -> Result<Vec<u32>> {
     let rank = ranks(&dual.centroid)?;
     let total: f64 = dual.area.iter().sum();
     let limits = (options.min_area * total, MIN_WIDTH * (total / options.patches as f64).sqrt());
-    finish::segments(dual, &label, &rank, limits, options.count.map(|k| k as usize))
+    finish::segments(dual, label, &rank, limits, options.count.map(|k| k as usize))
 }
 
 /// The place of every face when faces are ordered along a direction in which no two are likely to be level. It does not

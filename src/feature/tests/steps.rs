@@ -146,6 +146,24 @@ fn a_strip_belongs_to_what_it_faces() {
 }
 
 #[test]
+fn what_stands_out_is_no_strip() {
+    // the side of a boss with nothing of it across but the rest: it turns by its height over its diameter
+    for (height, own) in [(4.0, 0), (4.8, 0), (5.2, 1), (6.0, 1)] {
+        let profile = [[0.0, -5.0], [20.0, -5.0], [20.0, 0.0], [10.0, 0.0], [10.0, height], [0.0, height]];
+        let (p, t) = revolved(&profile, 64);
+        let is_side = |t: &[u32; 3]| {
+            let corner = t.map(|v| p[v as usize]);
+            let [low, high] = [f64::min, f64::max].map(|f| corner.map(|p| p[2]).into_iter().reduce(f).unwrap());
+            low == 0.0 && high == height
+        };
+        let label: Vec<u32> = t.iter().map(|t| u32::from(is_side(t))).collect();
+        let [body, side] = [0, 1].map(|k| label.iter().position(|&l| l == k).unwrap() as u32);
+        let around = [place(side, 5.0, body, 1.0), place(body, 5.0, body, 9.0)];
+        assert_eq!(merged(&p, &t, &label, &around)[1], own, "{height}");
+    }
+}
+
+#[test]
 fn thin_walls_part_from_thick_bodies() {
     // two thick ends with a thin middle, and a row of slivers above, on which there are no places
     let (p, t) = grid(&[0.0, 12.0, 20.0, 31.0], &[0.0, 2.0, 2.05]);
@@ -169,11 +187,13 @@ fn thin_walls_part_from_thick_bodies() {
             places.iter().map(|p| Place { width: if p.width < 5.0 { thin } else { thick }, ..*p }).collect();
         assert_eq!(split(&[0; 12], &other), [0; 12]);
     }
-    // a remnant beyond the wall is no feature
-    let (p, t) = grid(&[0.0, 12.0, 20.0, 20.5], &[0.0, 2.0, 2.05]);
-    let topology = Topology::new(&p, &t).unwrap();
-    let found = split::at_jumps(&p, &t, &topology, &[0; 12], &places, 0.0).unwrap();
-    assert_eq!(found, [0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0]);
+    // a remnant beyond the wall is no feature, unless it is a tenth of the rest
+    for (length, own) in [(0.5, 0), (1.1, 0), (1.3, 2)] {
+        let (p, t) = grid(&[0.0, 12.0, 20.0, 20.0 + length], &[0.0, 2.0, 2.05]);
+        let topology = Topology::new(&p, &t).unwrap();
+        let found = split::at_jumps(&p, &t, &topology, &[0; 12], &places, 0.0).unwrap();
+        assert_eq!(found, [0, 0, 1, 1, own, own, 0, 0, 1, 1, own, own]);
+    }
     assert_eq!(split(&[0; 12], &[]), [0; 12]);
 }
 
@@ -211,7 +231,8 @@ fn height_above_the_border() {
     on_mesh(&shape, 1, |mesh, _| {
         let triangles = mesh.topology()?.oriented(mesh.triangles());
         let dual = Dual::new(mesh.positions(), &triangles, mesh.topology()?)?;
-        let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &label };
+        let skin = Skin::of(mesh, &triangles, &dual)?;
+        let scene = Scene { skin: &skin, label: &label };
         let of = |k: u32| -> Vec<u32> { (0..label.len() as u32).filter(|&f| label[f as usize] == k).collect() };
         let (height, top, foot) = scene.height(1, &of(1), 8.0)?.unwrap();
         near(height, 1.5, 1e-9);
@@ -227,13 +248,31 @@ fn height_above_the_border() {
             (0..label.len()).map(|f| u32::from(label[f] == 1 && (middle(f)[1] > 0.0 || middle(f)[2] > 1.4))).collect();
         let flat = |f: usize| middle(f)[2].abs() < 1e-9;
         let both: Vec<u32> = (0..label.len()).map(|f| u32::from(!flat(f))).collect();
-        for label in [bent, both] {
+        for label in [&bent, &both] {
             let faces: Vec<u32> = (0..label.len() as u32).filter(|&f| label[f as usize] == 1).collect();
-            let scene = Scene { mesh, triangles: &triangles, dual: &dual, label: &label };
+            let scene = Scene { skin: &skin, label };
             assert!(scene.height(1, &faces, 2.0)?.is_none());
         }
+
         let alone = Scene { label: &vec![0; label.len()], ..scene };
         assert!(alone.height(0, &(0..label.len() as u32).collect::<Vec<u32>>(), 8.0)?.is_none());
+        Ok(())
+    });
+}
+
+#[test]
+fn a_border_is_level_within_a_tenth_of_the_width() {
+    let mut shape = revolved(&[[0.0, -5.0], [10.0, -5.0], [10.0, 0.0], [4.0, 0.0], [4.0, 1.5], [0.0, 1.5]], 24);
+    let label: Vec<u32> = (0..shape.1.len()).map(|f| u32::from(height_of(&shape, f) > 0.0)).collect();
+    // the foot goes up and down by 0.1
+    (0..24).for_each(|j| shape.0[1 + 2 * 24 + j][2] = if j % 2 == 0 { 0.1 } else { -0.1 });
+    on_mesh(&shape, 1, |mesh, _| {
+        let triangles = mesh.topology()?.oriented(mesh.triangles());
+        let dual = Dual::new(mesh.positions(), &triangles, mesh.topology()?)?;
+        let scene = Scene { skin: &Skin::of(mesh, &triangles, &dual)?, label: &label };
+        let faces: Vec<u32> = (0..label.len() as u32).filter(|&f| label[f as usize] == 1).collect();
+        assert!(scene.height(1, &faces, 0.99)?.is_none());
+        near(scene.height(1, &faces, 1.01)?.unwrap().0, 1.5, 1e-9);
         Ok(())
     });
 }
@@ -269,6 +308,43 @@ fn above_the_fillet(shape: &Faces, then: impl Fn(&dyn Fn(u32, f64) -> Option<Vec
 }
 
 #[test]
+fn what_stands_on_a_fillet_is_steep() {
+    // a cone above the fillet, its sides at an angle with the axis
+    for (angle, stands) in [(20.0f64, true), (28.0, true), (32.0, false), (45.0, false)] {
+        let mut profile = vec![[0.0, -8.0], [25.0, -8.0], [25.0, 0.0]];
+        let (steps, fillet, radius) = (8, 1.5, 9.0);
+        let end = 0.5 * PI - angle.to_radians();
+        profile.extend(
+            (0..=steps)
+                .map(|k| end * f64::from(k) / f64::from(steps))
+                .map(|a| [radius + fillet * (1.0 - a.sin()), fillet * (1.0 - a.cos())]),
+        );
+        let [r, z] = *profile.last().unwrap();
+        let height = 0.8 * r / angle.to_radians().tan();
+        profile.extend([[0.2 * r, z + height], [0.0, z + height]]);
+        above_the_fillet(&revolved(&profile, 48), |above, _| assert_eq!(above(1, 4.0).is_some(), stands, "{angle}"));
+    }
+}
+
+#[test]
+fn the_greatest_width_goes_on_from_the_middle() {
+    // ninety places grow wider evenly; ten are corners, of which those count that go on so
+    let corners = [0.95, 1.0, 1.02, 1.035, 1.05, 1.1, 1.2, 1.3, 1.4, 1.5];
+    let widths = (1..=90).map(|k| 0.01 * f64::from(k)).chain(corners);
+    let places: Vec<Place> = widths.map(|w| place(0, w, 0, 1.0)).collect();
+    on_mesh(&turned_box([2.0; 3]), 1, |mesh, _| {
+        let triangles = mesh.topology()?.oriented(mesh.triangles());
+        let dual = Dual::new(mesh.positions(), &triangles, mesh.topology()?)?;
+        let skin = Skin::of(mesh, &triangles, &dual)?;
+        let scene = Scene { skin: &skin, label: &[0; 12] };
+        // 0.9 + 0.35 (0.9 - 0.5)
+        let (most, least) = scene.widths(0, places.iter().collect(), &[])?;
+        assert_eq!([most.width, least.width], [1.035, 0.01]);
+        Ok(())
+    });
+}
+
+#[test]
 fn what_is_mostly_even_is_that_wide() {
     let places: Vec<Place> =
         (0..100).map(|k| place(0, if k < 70 { 2.0 + 1e-4 * k as f64 } else { 3.0 }, 0, 1.0)).collect();
@@ -298,6 +374,15 @@ fn walls_are_joined_by_how_they_meet() {
     let half = |f: usize| u32::from((32..64).contains(&f) || f >= 66);
     assert_eq!(joined(&bent, &half, &[2.0, 2.0]), [0, 0]);
     assert_eq!(joined(&bent, &half, &[2.0, 3.0]), [0, 1]);
+    // a tenth thicker is as thick, a quarter is not
+    assert_eq!(joined(&bent, &half, &[2.0, 2.2]), [0, 0]);
+    assert_eq!(joined(&bent, &half, &[2.0, 2.55]), [0, 1]);
+    // a wall is 12.5 times as large as its thickness squared
+    let area =
+        |k: u32| (0..bent.1.len()).filter(|&f| half(f) == k).map(|f| area(corners(&bent.0, bent.1[f]))).sum::<f64>();
+    let thickest = (area(0).min(area(1)) / 12.5).sqrt();
+    assert_eq!(joined(&bent, &half, &[0.95 * thickest; 2]), [0, 0]);
+    assert_eq!(joined(&bent, &half, &[1.05 * thickest; 2]), [0, 1]);
     let tube =
         [[[0.0, 0.0], [22.0, 0.0], [22.0, 18.0], [0.0, 18.0]], [[2.0, 2.0], [20.0, 2.0], [20.0, 16.0], [2.0, 16.0]]];
     let shell = folded(&tube[0], &tube[1], true, 36.0);

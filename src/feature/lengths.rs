@@ -123,6 +123,19 @@ impl Ahead {
     }
 }
 
+/// From a point to the farthest from it, and on as long as ways get longer. `far_end` gives the end of a way and its
+/// length; none ends the chase.
+fn chase(start: usize, mut far_end: impl FnMut(usize) -> Result<Option<(usize, f64)>>) -> Result<()> {
+    let (mut from, mut longest) = (start, 0.0);
+    for _ in 0..SOURCES.0 / 2 {
+        match far_end(from)? {
+            Some((end, reach)) if reach > longest => (from, longest) = (end, reach),
+            _ => break,
+        }
+    }
+    Ok(())
+}
+
 impl Search<'_> {
     fn point(&self, k: usize) -> SurfacePoint {
         if k < self.vertices { SurfacePoint::Vertex(k as u32) } else { self.samples[k - self.vertices] }
@@ -165,22 +178,17 @@ impl Search<'_> {
             let this = &*self;
             starts.par_iter().enumerate().try_for_each(|(turn, &start)| this.sweep_ahead(turn, start, &ahead, job))?;
         }
-        for from in starts {
-            let (mut from, mut longest) = (from, 0.0);
-            for _ in 0..SOURCES.0 / 2 {
+        for start in starts {
+            chase(start, |from| {
                 if self.used[from] {
-                    break;
+                    return Ok(None);
                 }
                 let all = match ahead.known(from) {
                     Some(all) => all,
                     None => self.follow(from, scratch, job)?,
                 };
-                let (end, reach) = self.learn(from, &all)?;
-                if reach <= longest {
-                    break;
-                }
-                (from, longest) = (end, reach);
-            }
+                self.learn(from, &all).map(Some)
+            })?;
         }
         Ok(())
     }
@@ -188,22 +196,16 @@ impl Search<'_> {
     /// Follows what one start of a sweep leads to, before it is its `turn`: as far as those before it have not come there.
     fn sweep_ahead(&self, turn: usize, start: usize, ahead: &Ahead, job: &Job) -> Result<()> {
         let mut scratch = Scratch::default();
-        let (mut from, mut longest) = (start, 0.0);
-        for _ in 0..SOURCES.0 / 2 {
+        chase(start, |from| {
             if ahead.is_claimed(from, turn) {
-                break;
+                return Ok(None);
             }
             let all = match ahead.known(from) {
                 Some(all) => all,
                 None => ahead.add(from, self.follow(from, &mut scratch, job)?),
             };
-            let (end, reach) = all.far_end(from);
-            if reach <= longest {
-                break;
-            }
-            (from, longest) = (end, reach);
-        }
-        Ok(())
+            Ok(Some(all.far_end(from)))
+        })
     }
 
     /// Follows ways from wherever one could still be longer. Returns the length that none exceeds.

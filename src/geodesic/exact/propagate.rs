@@ -87,16 +87,22 @@ impl Wave<'_> {
         true
     }
 
+    /// True if an end of a window's edge, `len` long, makes it [`Wave::useless`].
+    #[inline]
+    fn loses(&mut self, w: &Window, len: f64) -> bool {
+        let [o, e] = self.mesh.ends[w.edge as usize];
+        let (d_o, d_e) = (self.state.dist[o as usize], self.state.dist[e as usize]);
+        self.useless(o, d_o + w.b1 - w.at(w.b1)) || self.useless(e, d_e + (len - w.b0) - w.at(w.b0))
+    }
+
     // --- faces
 
     /// Carries a window across every face of its edge but the one that it came through.
     pub fn propagate(&mut self, w: &Window) {
         let mesh = self.mesh;
         let [o, e] = mesh.ends[w.edge as usize];
-        let len = mesh.crossings[mesh.first[w.edge as usize] as usize].len;
         // Vertices may have come nearer since the window was made.
-        let (d_o, d_e) = (self.state.dist[o as usize], self.state.dist[e as usize]);
-        if self.useless(o, d_o + w.b1 - w.at(w.b1)) || self.useless(e, d_e + (len - w.b0) - w.at(w.b0)) {
+        if self.loses(w, mesh.crossings[mesh.first[w.edge as usize] as usize].len) {
             return;
         }
         for c in mesh.first[w.edge as usize]..mesh.first[w.edge as usize + 1] {
@@ -274,9 +280,7 @@ impl Wave<'_> {
         if b0 < b1 {
             let w = Window::new(corner.edge, crossing.face, (b0, b1), (ax, ay), sigma);
             // as when it is propagated, by when most of what leaves a vertex has lost
-            let [o, e] = self.mesh.ends[corner.edge as usize];
-            let (d_o, d_e) = (self.state.dist[o as usize], self.state.dist[e as usize]);
-            if !self.useless(o, d_o + b1 - w.at(b1)) && !self.useless(e, d_e + (len - b0) - w.at(b0)) {
+            if !self.loses(&w, len) {
                 self.place(w);
             }
         }

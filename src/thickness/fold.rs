@@ -85,13 +85,14 @@ fn twigs_of(binary: &Bvh2) -> Result<Vec<Twig>> {
     while next < twigs.len() {
         levels.try_reserve(1).map_err(|_| Error::NoMemory("out of memory: order of the ray tree".into()))?;
         levels.push(next);
-        for at in next..twigs.len() {
+        let level = next..twigs.len();
+        next = level.end;
+        for at in level {
             let node = &binary.nodes[twigs[at].node as usize];
             if !node.is_leaf() {
                 twigs[at].first = twigs.len() as u32;
                 twigs.extend([twig(node.first_index), twig(node.first_index + 1)]);
             }
-            next = at + 1;
         }
     }
     let mut end = twigs.len();

@@ -11,11 +11,24 @@
 #include <memory>
 #include <optional>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace {
 
 using namespace check;
 
 enum Exit { kUnder = 0, kOver = 1, kBad = 2, kInterrupted = 130 };
+
+// The library frees large arrays from step to step. Left alone, glibc raises its limits with every one of them, keeps the
+// memory, and a process ends at half as much again as it ever used.
+void give_freed_memory_back() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+    mallopt(M_TRIM_THRESHOLD, 4 << 20);
+#endif
+}
 
 int run(const Args &args) {
     // names first: a typing error in a path must not cost the whole computation
@@ -65,6 +78,7 @@ int run(const Args &args) {
 } // namespace
 
 int main(int argc, char **argv) {
+    give_freed_memory_back();
     std::string part;
     try {
         const Args args = parse_args(argc, argv);

@@ -10,7 +10,7 @@ use crate::job::{Job, Stage};
 use crate::mesh::intrinsic::IntrinsicMesh;
 use crate::mesh::measure::{corners, is_flat};
 use crate::mesh::{NONE, TriMesh};
-use crate::thickness::bvh::RayMesh;
+use crate::thickness::bvh::{RayMesh, Unturned};
 use crate::thickness::cone::Cone;
 use crate::thickness::inscribed::{face_widths, vertex_means};
 use crate::thickness::sdf::sdf_values;
@@ -95,11 +95,17 @@ pub fn compute(mesh: &TriMesh, options: &Options, job: &Job) -> Result<Field> {
     let mut clock = Clock { last: Instant::now(), seconds: [0.0; Stage::COUNT] };
 
     job.begin(Stage::Mesh, 0.0, 0.02, 1)?;
-    let triangles = mesh.topology()?.oriented(mesh.triangles());
+    let method = width_method(options);
+    // The boxes of faces do not depend on which sides are out.
+    let (topology, rays) = rayon::join(
+        || mesh.topology(),
+        || (method != D2Method::Wall).then(|| RayMesh::begin(mesh.positions(), mesh.triangles(), job)),
+    );
+    let triangles = topology?.oriented(mesh.triangles());
     clock.lap(Stage::Mesh);
 
     job.begin(Stage::Thickness, 0.02, 0.35, (m + n) as u64)?;
-    let (d2, face_d2) = widths(mesh, &triangles, options, job)?;
+    let (d2, face_d2) = widths(mesh, &triangles, (method, rays.transpose()?), options, job)?;
     clock.lap(Stage::Thickness);
 
     job.begin(Stage::Factor, 0.35, 0.45, 2)?;
@@ -145,17 +151,25 @@ fn solver(mesh: &TriMesh, options: &Options, job: &Job) -> Result<HeatSolver> {
     HeatSolver::new(&surface, HeatOptions { time_factor: options.time_factor }, job)
 }
 
-/// D2 by vertex and by face.
-fn widths(mesh: &TriMesh, triangles: &[[u32; 3]], options: &Options, job: &Job) -> Result<(Vec<f64>, Vec<f64>)> {
-    let method = match (options.d2, options.profile) {
+/// Which width D2 is.
+fn width_method(options: &Options) -> D2Method {
+    match (options.d2, options.profile) {
         (D2Method::Profile, Profile::Paper) => D2Method::Inscribed,
         (D2Method::Profile, Profile::Print) => D2Method::Wall,
         (method, _) => method,
-    };
-    if method == D2Method::Wall {
-        return print::walls(mesh, triangles, job);
     }
-    let rays = RayMesh::new(mesh.positions(), triangles, job)?;
+}
+
+/// D2 by vertex and by face.
+fn widths(
+    mesh: &TriMesh,
+    triangles: &[[u32; 3]],
+    (method, rays): (D2Method, Option<Unturned>),
+    options: &Options,
+    job: &Job,
+) -> Result<(Vec<f64>, Vec<f64>)> {
+    let Some(rays) = rays else { return print::walls(mesh, triangles, job) };
+    let rays = rays.turned(triangles, job)?;
     let face_d2 = match method {
         D2Method::ShapeDiameter => sdf_values(&rays, options.rays, options.cone_angle, job)?,
         _ => face_widths(&rays, &Cone::new(options.rays, options.cone_angle)?, job)?.width,

@@ -215,46 +215,48 @@ fn from(triangles: &[[u32; 3]], halfedge: u32) -> u32 {
     triangles[halfedge as usize / 3][halfedge as usize % 3]
 }
 
-fn to(triangles: &[[u32; 3]], halfedge: u32) -> u32 {
-    triangles[halfedge as usize / 3][(halfedge as usize + 1) % 3]
-}
-
 /// Groups half-edges by their two vertices: edge of every half-edge, half-edges by edge, and the starts of the groups.
 fn link_edges(vertices: usize, triangles: &[[u32; 3]]) -> Result<(Vec<u32>, Vec<u32>, Vec<u32>)> {
-    let n = 3 * triangles.len() as u32;
-    let low = |h: u32| from(triangles, h).min(to(triangles, h));
-    let high = |h: u32| from(triangles, h).max(to(triangles, h));
+    let n = 3 * triangles.len();
+    let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
 
     // --- buckets of half-edges by their lower vertex
     let mut bucket: Vec<u32> = try_filled(vertices + 1, 0, "edges")?;
-    for h in 0..n {
-        bucket[low(h) as usize + 1] += 1;
+    for [a, b] in triangles.iter().flat_map(|&t| sides(t)) {
+        bucket[a.min(b) as usize] += 1;
     }
-    for v in 0..vertices {
-        bucket[v + 1] += bucket[v];
+    let mut sum = 0;
+    for end in &mut bucket {
+        sum += std::mem::replace(end, sum);
     }
-    let mut halfedges: Vec<u32> = try_filled(n as usize, 0, "edges")?;
-    let mut fill = bucket.clone();
-    for h in 0..n {
-        let slot = &mut fill[low(h) as usize];
-        halfedges[*slot as usize] = h;
+    // upper vertex, half-edge
+    let mut sorted: Vec<u64> = try_filled(n, 0, "edges")?;
+    for (h, [a, b]) in triangles.iter().flat_map(|&t| sides(t)).enumerate() {
+        let slot = &mut bucket[a.min(b) as usize];
+        sorted[*slot as usize] = u64::from(a.max(b)) << 32 | h as u64;
         *slot += 1;
     }
 
-    // --- within a bucket, groups of equal upper vertex
-    let mut edge_of_halfedge: Vec<u32> = try_filled(n as usize, 0, "edges")?;
-    let mut start: Vec<u32> = try_vec(n as usize / 2 + 2, "edges")?;
-    for v in 0..vertices {
-        let (a, b) = (bucket[v] as usize, bucket[v + 1] as usize);
-        halfedges[a..b].sort_unstable_by_key(|&h| (high(h), h));
-        for i in a..b {
-            if i == a || high(halfedges[i]) != high(halfedges[i - 1]) {
+    // --- within a bucket, which now ends where its number says, groups of equal upper vertex
+    let mut edge_of_halfedge: Vec<u32> = try_filled(n, 0, "edges")?;
+    let mut start: Vec<u32> = try_vec(n / 2 + 2, "edges")?;
+    let mut from = 0;
+    for &end in &bucket[..vertices] {
+        sorted[from..end as usize].sort_unstable();
+        let mut last = None;
+        for (i, key) in (from..).zip(&sorted[from..end as usize]) {
+            if last != Some(key >> 32) {
                 start.push(i as u32);
+                last = Some(key >> 32);
             }
-            edge_of_halfedge[halfedges[i] as usize] = start.len() as u32 - 1;
+            edge_of_halfedge[*key as u32 as usize] = start.len() as u32 - 1;
         }
+        from = end as usize;
     }
-    start.push(n);
+    start.push(n as u32);
+    drop(bucket);
+    let mut halfedges: Vec<u32> = try_vec(n, "edges")?;
+    halfedges.extend(sorted.iter().map(|&key| key as u32));
     Ok((edge_of_halfedge, halfedges, start))
 }
 
@@ -262,6 +264,10 @@ fn link_edges(vertices: usize, triangles: &[[u32; 3]]) -> Result<(Vec<u32>, Vec<
 mod tests {
     use super::*;
     use crate::mesh::shapes::{cuboid, moebius, translated, union};
+
+    fn to(triangles: &[[u32; 3]], halfedge: u32) -> u32 {
+        triangles[halfedge as usize / 3][(halfedge as usize + 1) % 3]
+    }
 
     fn reversed(t: &[[u32; 3]]) -> Vec<[u32; 3]> {
         t.iter().map(|&[a, b, c]| [a, c, b]).collect()

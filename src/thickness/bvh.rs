@@ -2,9 +2,10 @@
 //! `obvhs`, which builds the binary tree that is folded into ours.
 
 use super::fans::Fans;
+use super::fold::fold;
 use super::lanes::{Lanes, Ray};
 use super::slabs::find_slabs;
-use super::tree::{Block, Hit, LEAF, Node, Stack, Tree};
+use super::tree::{Hit, LEAF, Node, Stack, Tree};
 use crate::error::{Error, Result, try_filled, try_vec};
 use crate::job::Job;
 use obvhs::aabb::Aabb;
@@ -51,23 +52,31 @@ impl RayMesh {
     /// [`Error::Index`]-free input is the caller's duty: an index out of range is [`Error::Internal`]. [`Error::Budget`],
     /// [`Error::NoMemory`] and [`Error::Cancelled`] as everywhere.
     pub fn new(positions: &[[f64; 3]], triangles: &[[u32; 3]], job: &Job) -> Result<RayMesh> {
+        RayMesh::begin(positions, triangles, job)?.turned(triangles, job)
+    }
+
+    /// Does as much of [`RayMesh::new`] as it can for faces whose orientation is not yet known.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn begin<'a>(positions: &[[f64; 3]], triangles: &'a [[u32; 3]], job: &Job) -> Result<Unturned<'a>> {
         job.afford((triangles.len() as u64).saturating_mul(450), "the ray tree")?;
         if triangles.iter().flatten().any(|&v| v as usize >= positions.len()) || triangles.len() >= LEAF as usize {
             return Err(Error::Internal("ray tree: index out of range".into()));
         }
         let (centre, scale) = unit_frame(positions);
         let mut points = try_vec(positions.len(), "points of the ray tree")?;
-        points.extend(positions.iter().map(|p| to_unit(*p, centre, scale)));
-        let mut copy = try_vec(triangles.len(), "triangles of the ray tree")?;
-        copy.extend_from_slice(triangles);
+        points.par_extend(positions.par_iter().map(|p| to_unit(*p, centre, scale)));
         let mut normals = try_vec(triangles.len(), "normals of the ray tree")?;
-        normals.extend(triangles.iter().map(|t| unit_normal(t.map(|v| points[v as usize]))));
+        let ((), copies) = rayon::join(
+            || normals.par_extend(triangles.par_iter().map(|t| unit_normal(t.map(|v| points[v as usize])))),
+            || find_copies(positions.len(), triangles),
+        );
         job.check()?;
-        let copies = find_copies(positions.len(), triangles)?;
         let (tree, fans) = (Tree::default(), Fans::default());
-        let mut mesh = RayMesh { tree, points, triangles: copy, normals, copies, fans, centre, scale };
-        mesh.tree = mesh.build_tree(job)?;
-        Ok(mesh)
+        let mesh = RayMesh { tree, points, triangles: Vec::new(), normals, copies: copies?, fans, centre, scale };
+        let twigs = Twigs::new(&mesh, triangles, job)?;
+        Ok(Unturned { mesh, triangles, twigs })
     }
 
     /// Prepares for [`Tree::approach`] and questions about the surface around a place, which rays need not.
@@ -152,24 +161,72 @@ impl RayMesh {
         });
         best
     }
+}
 
-    fn build_tree(&self, job: &Job) -> Result<Tree> {
-        let mut keep = try_filled(self.face_count(), true, "faces of the ray tree")?;
-        self.copies.iter().for_each(|c| keep[c[0] as usize] = false);
-        self.normals.iter().zip(&mut keep).for_each(|(n, keep)| *keep &= *n != [0.0; 3]);
-        let kept = keep.iter().filter(|k| **k).count();
-        if kept == 0 {
-            return Ok(Tree::default());
+/// What of a [`RayMesh`] is the same whichever sides of its faces are out.
+pub struct Unturned<'a> {
+    /// Without triangles and tree.
+    mesh: RayMesh,
+    /// The faces as they were.
+    triangles: &'a [[u32; 3]],
+    twigs: Twigs,
+}
+
+impl Unturned<'_> {
+    /// The mesh, with these triangles: the same as before, some of them turned.
+    ///
+    /// # Errors
+    /// As [`RayMesh::new`].
+    pub fn turned(self, triangles: &[[u32; 3]], job: &Job) -> Result<RayMesh> {
+        let Unturned { mut mesh, triangles: before, mut twigs } = self;
+        mesh.triangles = try_vec(triangles.len(), "triangles of the ray tree")?;
+        mesh.triangles.extend_from_slice(triangles);
+        if triangles != before {
+            for (normal, (now, before)) in mesh.normals.iter_mut().zip(triangles.iter().zip(before)) {
+                if now != before {
+                    *normal = unit_normal(now.map(|v| mesh.points[v as usize]));
+                }
+            }
+            // Which faces are copies is a matter of sides.
+            let copies = find_copies(mesh.points.len(), triangles)?;
+            if copies != mesh.copies {
+                mesh.copies = copies;
+                twigs = Twigs::new(&mesh, triangles, job)?;
+            }
         }
+        job.check()?;
+        mesh.tree = fold(&mesh, &twigs)?;
+        Ok(mesh)
+    }
+}
+
+/// The binary tree over the faces that rays can hit, but for copies of others.
+pub(super) struct Twigs {
+    /// None without faces.
+    pub binary: Option<Bvh2>,
+    /// The faces that it numbers.
+    pub faces: Vec<u32>,
+}
+
+impl Twigs {
+    fn new(mesh: &RayMesh, triangles: &[[u32; 3]], job: &Job) -> Result<Twigs> {
+        let mut keep = try_filled(triangles.len(), true, "faces of the ray tree")?;
+        mesh.copies.iter().for_each(|c| keep[c[0] as usize] = false);
+        mesh.normals.iter().zip(&mut keep).for_each(|(n, keep)| *keep &= *n != [0.0; 3]);
+        let kept = keep.iter().filter(|k| **k).count();
         let mut faces: Vec<u32> = try_vec(kept, "faces of the ray tree")?;
-        faces.extend((0..self.face_count() as u32).filter(|&f| keep[f as usize]));
-        let mut boxes = try_filled(kept, Aabb::INVALID, "boxes of the ray tree")?;
-        boxes.par_iter_mut().zip(&faces).for_each(|(b, &f)| *b = padded_box(self.corners(f)));
+        if kept == 0 {
+            return Ok(Twigs { binary: None, faces });
+        }
+        faces.extend((0..triangles.len() as u32).filter(|&f| keep[f as usize]));
+        let mut boxes: Vec<Aabb> = try_vec(kept, "boxes of the ray tree")?;
+        let corners = |f: u32| triangles[f as usize].map(|v| mesh.points[v as usize]);
+        boxes.par_extend(faces.par_iter().map(|&f| padded_box(corners(f))));
         // obvhs allocates without asking: see first that there is room for what it will take.
         drop(try_vec::<[u8; 240]>(kept, "the binary ray tree")?);
         let binary = build_binary(&boxes);
         job.check()?;
-        Folder::new(self, &binary, &faces)?.fold()
+        Ok(Twigs { binary: Some(binary), faces })
     }
 }
 
@@ -281,181 +338,4 @@ fn build_binary(boxes: &[Aabb]) -> Bvh2 {
     );
     ReinsertionOptimizer::default().run(&mut bvh, 0.02, None);
     bvh
-}
-
-/// Folds the binary tree into eight-wide nodes and blocks of four triangles.
-struct Folder<'a> {
-    mesh: &'a RayMesh,
-    binary: &'a Bvh2,
-    faces: &'a [u32],
-    /// Number of triangles below each binary node.
-    count: Vec<u32>,
-    /// Least cost of the triangles below each binary node as 1, 2, .. 7 children of one wide node.
-    cost: Vec<[f32; 7]>,
-    out: Tree,
-}
-
-/// What testing a block costs, in tests of a node.
-const BLOCK_COST: f32 = 1.0;
-
-fn block_cost(binary: &Bvh2, at: u32) -> f32 {
-    binary.nodes[at as usize].aabb().half_area() * BLOCK_COST
-}
-
-/// Cheapest way to share `budget` children of a wide node between the binary nodes `first` and the next one: what it
-/// costs, and how many the first gets.
-fn split(cost: &[[f32; 7]], first: u32, budget: usize) -> (f32, usize) {
-    let (l, r) = (&cost[first as usize], &cost[first as usize + 1]);
-    let mut best = (f32::INFINITY, 1);
-    for k in 1..budget {
-        let both = l[k - 1] + r[budget - k - 1];
-        if both < best.0 {
-            best = (both, k);
-        }
-    }
-    best
-}
-
-/// The costs of a binary node from those of its children (Ylitie, Karras & Laine 2017): as a block, as a wide node of
-/// its own, or as several children of the wide node above.
-fn costs(binary: &Bvh2, count: &[u32], cost: &[[f32; 7]], at: u32) -> [f32; 7] {
-    let node = &binary.nodes[at as usize];
-    let block = block_cost(binary, at);
-    if node.is_leaf() {
-        return [block; 7];
-    }
-    let own = split(cost, node.first_index, 8).0 + node.aabb().half_area();
-    let mut out = [own; 7];
-    if count[at as usize] <= 4 {
-        out[0] = out[0].min(block);
-    }
-    for i in 1..7 {
-        out[i] = out[i - 1].min(split(cost, node.first_index, i + 1).0);
-    }
-    out
-}
-
-impl<'a> Folder<'a> {
-    fn new(mesh: &'a RayMesh, binary: &'a Bvh2, faces: &'a [u32]) -> Result<Self> {
-        let n = binary.nodes.len();
-        // Children may come before their parents: count along an explicit walk, parents first, then add up backwards.
-        let mut walk: Vec<u32> = try_vec(n, "order of the ray tree")?;
-        walk.push(0);
-        let mut next = 0;
-        while let Some(&at) = walk.get(next) {
-            let node = &binary.nodes[at as usize];
-            if !node.is_leaf() {
-                walk.extend([node.first_index, node.first_index + 1]);
-            }
-            next += 1;
-        }
-        let mut count = try_filled(n, 0u32, "counts of the ray tree")?;
-        for &at in walk.iter().rev() {
-            let node = &binary.nodes[at as usize];
-            let first = node.first_index as usize;
-            count[at as usize] = if node.is_leaf() { node.prim_count } else { count[first] + count[first + 1] };
-        }
-        let mut cost = try_filled(n, [0.0; 7], "costs of the ray tree")?;
-        for &at in walk.iter().rev() {
-            cost[at as usize] = costs(binary, &count, &cost, at);
-        }
-        let out = Tree {
-            nodes: try_vec(faces.len() / 8 + 8, "nodes of the ray tree")?,
-            blocks: try_vec(faces.len() / 2 + 8, "blocks of the ray tree")?,
-            slabs: Vec::new(),
-        };
-        Ok(Folder { mesh, binary, faces, count, cost, out })
-    }
-
-    /// The walk is depth first, so that blocks that follow each other are near each other.
-    fn fold(mut self) -> Result<Tree> {
-        let no_room = |_| Error::NoMemory("out of memory: the ray tree".into());
-        self.out.nodes.push(Node::EMPTY);
-        let mut todo = vec![(0u32, 0usize)];
-        while let Some((root, at)) = todo.pop() {
-            let (mut children, mut n) = ([root; 8], 0);
-            self.open(root, 8, &mut children, &mut n);
-            self.out.nodes.try_reserve(8).map_err(no_room)?;
-            self.out.blocks.try_reserve(8).map_err(no_room)?;
-            let base = todo.len();
-            for (k, &child) in children[..n].iter().enumerate() {
-                let (lo, hi) = {
-                    let b = &self.binary.nodes[child as usize].aabb();
-                    (b.min.to_array(), b.max.to_array())
-                };
-                let id = if self.is_block(child) {
-                    self.fill_block(child);
-                    (self.out.blocks.len() - 1) as u32 | LEAF
-                } else {
-                    self.out.nodes.push(Node::EMPTY);
-                    todo.push((child, self.out.nodes.len() - 1));
-                    (self.out.nodes.len() - 1) as u32
-                };
-                let node = &mut self.out.nodes[at];
-                for a in 0..3 {
-                    node.bounds[a][k] = lo[a];
-                    node.bounds[a + 3][k] = hi[a];
-                }
-                node.child[k] = id;
-            }
-            todo[base..].reverse();
-        }
-        Ok(self.out)
-    }
-
-    /// Appends the at most `budget` descendants of `at` that are its cheapest cover.
-    fn open(&self, at: u32, budget: usize, children: &mut [u32; 8], n: &mut usize) {
-        let node = &self.binary.nodes[at as usize];
-        let cost = &self.cost[at as usize];
-        if node.is_leaf() || budget == 1 || (budget < 8 && cost[budget - 1] == cost[0]) {
-            children[*n] = at;
-            *n += 1;
-            return;
-        }
-        let mut budget = budget;
-        while budget < 8 && budget > 2 && cost[budget - 1] == cost[budget - 2] {
-            budget -= 1;
-        }
-        let first = node.first_index;
-        let (_, k) = split(&self.cost, first, budget);
-        self.open(first, k, children, n);
-        self.open(first + 1, budget - k, children, n);
-    }
-
-    /// Whether the triangles below `at` are cheapest as one block.
-    fn is_block(&self, at: u32) -> bool {
-        let i = at as usize;
-        self.binary.nodes[i].is_leaf() || (self.count[i] <= 4 && self.cost[i][0] == block_cost(self.binary, at))
-    }
-
-    fn fill_block(&mut self, root: u32) {
-        let mut block = Block::EMPTY;
-        let mut lane = 0;
-        let mut todo = [root; 8];
-        let mut left = 1;
-        while left > 0 && lane < 4 {
-            left -= 1;
-            let node = &self.binary.nodes[todo[left] as usize];
-            if !node.is_leaf() {
-                todo[left] = node.first_index + 1;
-                todo[left + 1] = node.first_index;
-                left += 2;
-                continue;
-            }
-            for p in node.first_index..node.first_index + node.prim_count {
-                let face = self.faces[self.binary.primitive_indices[p as usize] as usize];
-                block.face[lane] = face;
-                for a in 0..3 {
-                    block.normal[a][lane] = self.mesh.normals[face as usize][a];
-                }
-                for (v, corner) in self.mesh.corners(face).iter().enumerate() {
-                    for a in 0..3 {
-                        block.v[v][a][lane] = corner[a];
-                    }
-                }
-                lane += 1;
-            }
-        }
-        self.out.blocks.push(block);
-    }
 }

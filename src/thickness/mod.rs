@@ -7,6 +7,7 @@ mod contact;
 mod cover;
 mod exposed;
 mod fans;
+mod fold;
 pub mod inscribed;
 mod lanes;
 mod nearest;

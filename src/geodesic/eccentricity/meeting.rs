@@ -42,6 +42,8 @@ pub struct Ways {
     columns: usize,
     /// By eight columns, then by vertex; infinite where there is no distance.
     blocks: Vec<Vec<[f32; LANES]>>,
+    /// By vertex the column whose source is nearest, and how far it is.
+    nearest: Vec<(u32, f32)>,
 }
 
 /// Points that ways may end at, neighbours together, with their distances from all sources.
@@ -72,6 +74,7 @@ impl Ways {
         if self.columns == 0 {
             let largest = field.iter().filter(|d| d.is_finite()).fold(0.0, |m: f64, d| m.max(*d));
             self.scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
+            self.nearest = try_filled(field.len(), (0, f32::INFINITY), "bounds")?;
         }
         let lane = self.columns % LANES;
         if lane == 0 {
@@ -79,8 +82,12 @@ impl Ways {
         }
         if let Some(block) = self.blocks.last_mut() {
             // NaN, of a component without a source, stays infinite
-            for (row, d) in block.iter_mut().zip(field).filter(|(_, d)| d.is_finite()) {
+            for ((row, nearest), d) in block.iter_mut().zip(&mut self.nearest).zip(field).filter(|(_, d)| d.is_finite())
+            {
                 row[lane] = (d * self.scale) as f32;
+                if row[lane] < nearest.1 {
+                    *nearest = (self.columns as u32, row[lane]);
+                }
             }
         }
         self.columns += 1;
@@ -93,8 +100,8 @@ impl Ways {
     }
 
     /// The column whose source is nearest to `v`, and how far it is.
-    fn nearest(&self, v: u32) -> (usize, f32) {
-        self.row(v).enumerate().fold((0, f32::INFINITY), |m, x| if x.1 < m.1 { x } else { m })
+    fn nearest(&self, v: u32) -> (u32, f32) {
+        self.nearest.get(v as usize).copied().unwrap_or((0, f32::INFINITY))
     }
 
     /// Prepares `points` to be ends of ways, for as long as no field is added. O(points × sources).
@@ -150,13 +157,13 @@ impl Ways {
                 continue;
             }
             let from = CHUNK * chunk;
-            let mut ways = Chunk::new(&ends.columns[first][from..], near);
+            let mut ways = Chunk::new(&ends.columns[first as usize][from..], near);
             // then, most likely, that which has ruled out the ones before
-            for c in [hint].into_iter().chain(0..ends.columns.len()) {
+            for c in [hint].into_iter().chain(0..ends.columns.len() as u32) {
                 if ways.longest() <= most {
                     break;
                 }
-                ways.meet(&ends.columns[c][from..], row[c]);
+                ways.meet(&ends.columns[c as usize][from..], row[c as usize]);
                 hint = c;
             }
             for (&end, &way) in some.iter().zip(&ways.0) {

@@ -3,10 +3,20 @@
 /// Positions and triangles, counterclockwise seen from outside.
 pub type Shape = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
-/// A round plate 20 wide and 12 high whose end faces are fans of `n` triangles; the middle of the upper one at height `pit`.
-pub fn disc(n: usize, pit: f64) -> Shape {
-    let plate = prism(&round(20.0, n), [0.0; 2], 12.0, 1, 1);
-    mapped(plate, |[x, y, z]| if x == 0.0 && y == 0.0 && z > 6.0 { [x, y, pit] } else { [x, y, z] })
+/// A round plate of radius 10 and height 12 whose end faces are fans of `n` triangles; the middle of the upper one at
+/// height `pit`.
+pub fn disc(n: u32, pit: f64) -> Shape {
+    let at = |i: u32, z: f64| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+        [10.0 * cos, 10.0 * sin, z]
+    };
+    let mut p: Vec<[f64; 3]> = (0..n).map(|i| at(i, 0.0)).chain((0..n).map(|i| at(i, 12.0))).collect();
+    p.extend([[0.0; 3], [0.0, 0.0, pit]]);
+    let sides = |i: u32| {
+        let j = (i + 1) % n;
+        [[2 * n, j, i], [n + i, n + j, 2 * n + 1], [i, j, n + j], [i, n + j, n + i]]
+    };
+    (p, (0..n).flat_map(sides).collect())
 }
 
 /// A sphere of radius 1 from an icosahedron whose faces are split `n` times along each edge: 20 n^2 faces.

@@ -11,6 +11,7 @@
 pub mod foot;
 pub mod kind;
 pub mod lengths;
+pub mod limbs;
 pub mod limits;
 mod measure;
 pub mod merge;
@@ -139,6 +140,8 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     // --- thin walls on thick bodies without a crease between
     let min_area = wanted.min_area * dual.area.iter().sum::<f64>();
     let parts = split::at_jumps(positions, &triangles, topology, &joined, &places, min_area)?;
+    // --- limbs of smooth shapes
+    let parts = limbs::at_ends(&dual, &parts, &places, min_area)?;
     let face_feature = numbered(positions, &triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures

@@ -2,8 +2,8 @@
 //!
 //! The walk: the parts that [`crate::segment`] finds, on a [`skin`] of the faces cut where their borders cross them →
 //! [`widths`] at places spread over them → [`merge`] (what lies back to back is one wall) → [`sheets`] (what is bent or
-//! closed is one) → [`split`] (thin walls flush with their body) → measures of each: [`lengths`] without the [`foot`],
-//! widths, [`kind`] → judged by [`limits`] → [`report`].
+//! closed is one) → [`split`] (thin walls flush with their body) → [`limbs`] (of what is smooth everywhere) → measures of
+//! each: [`lengths`] without the [`foot`], widths, [`kind`] → judged by [`limits`] → [`report`].
 //!
 //! A feature's slenderness is D1max / D2max: the longest shortest way on its own surface over its thickness. Its thickness
 //! is the width of the solid there where both sides belong to the feature, so that neither the fillet at its foot nor
@@ -12,6 +12,7 @@
 pub mod foot;
 pub mod kind;
 pub mod lengths;
+pub mod limbs;
 pub mod limits;
 mod measure;
 pub mod merge;
@@ -169,6 +170,8 @@ fn on_skin(
     // --- thin walls on thick bodies without a crease between
     let min_area = wanted.min_area * dual.area.iter().sum::<f64>();
     let parts = split::at_jumps(positions, triangles, topology, &joined, &places, min_area)?;
+    // --- limbs of smooth shapes
+    let parts = limbs::at_ends(dual, &parts, &places, min_area)?;
     let face_feature = numbered(positions, triangles, &parts)?;
     let members = members(&face_feature)?;
     // --- measures

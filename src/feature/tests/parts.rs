@@ -174,3 +174,36 @@ fn a_twisted_strip_in_coarse_triangles_is_one_wall() {
     // the longest ways are those along the edges, which are helices
     near(found[0].d1_max, 36f64.hypot(5.0 * 160f64.to_radians()), 0.1);
 }
+
+/// A rod of radius 3 between two bodies of radius 12, blended with radii of `blend`: there is no crease.
+fn blended_dumbbell(blend: f64, n: u32) -> Faces {
+    let mut half: Vec<[f64; 2]> = (0..=30).map(|k| [3.0, 30.0 * f64::from(k) / 30.0]).collect();
+    // from the rod outward, around a radius, onto a ball
+    let centre = [3.0 + blend, 30.0];
+    let ball = (12.0 + blend).hypot(0.0);
+    let along = (ball * ball - centre[0] * centre[0]).sqrt();
+    let top = [0.0, 30.0 + along];
+    let turn = (top[1] - centre[1]).atan2(centre[0] - top[0]);
+    half.extend((1..=40).map(|k| turn * f64::from(k) / 40.0).map(|a| [centre[0] - blend * a.cos(), 30.0 + blend * a.sin()]));
+    let from = (half[70][1] - top[1]).atan2(half[70][0]);
+    half.extend((1..40).map(|k| from + (0.5 * PI - from) * f64::from(k) / 40.0).map(|a| [12.0 * a.cos(), top[1] + 12.0 * a.sin()]));
+    half.push([0.0, top[1] + 12.0]);
+    let below = half.iter().skip(1).rev().map(|p| [p[0], -p[1]]);
+    revolved(&below.chain(half.iter().copied()).collect::<Vec<_>>(), n)
+}
+
+#[test]
+fn a_rod_that_grows_out_of_its_bodies_is_told_from_them() {
+    for (blend, n) in [(8.0, 48), (12.0, 96)] {
+        let shape = blended_dumbbell(blend, n);
+        let found = features_of(&shape);
+        assert_eq!(found.len(), 3, "{blend}");
+        let rod = &found[2];
+        near(rod.d2_max.width, 6.0, 0.25);
+        near(rod.d1_max, 60.0, 0.3);
+        assert_eq!(rod.kind, Kind::Bar);
+        for body in &found[..2] {
+            near(body.d2_max.width, 24.0, 0.03);
+        }
+    }
+}

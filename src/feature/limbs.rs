@@ -38,6 +38,8 @@ const SMOOTH: f64 = 0.25;
 /// ... and the sharp convex edges of what is smooth everywhere are no longer than this share of its area over its width: the
 /// four edges along a square bar would be 1.
 const EDGED: f64 = 0.1;
+/// Of a whole part: one with more has been designed with edges, and is told apart by them.
+const EDGED_PART: f64 = 0.07;
 
 /// Labels with limbs told apart from bodies and from each other: new ones after the old. `places` as measured on these
 /// faces. What is smaller than `min_area` stays with its neighbour.
@@ -159,8 +161,9 @@ impl Nodes {
         Ok(())
     }
 
-    /// By label: the length of its sharp convex edges, times its mean width and by its area.
-    fn edged(&self, dual: &Dual) -> BTreeMap<u32, f64> {
+    /// The length of sharp convex edges, times the mean width and by the area: by label, and of all.
+    fn edged(&self, dual: &Dual) -> (BTreeMap<u32, f64>, f64) {
+        // area, area measured, that times the widths, length of edges
         let mut sums: BTreeMap<u32, [f64; 4]> = BTreeMap::new();
         for (v, label) in self.label.iter().enumerate() {
             let s = sums.entry(*label).or_default();
@@ -175,7 +178,9 @@ impl Nodes {
                 sums.entry(*a).or_default()[3] += step.length;
             }
         }
-        sums.into_iter().map(|(l, [area, measured, width, length])| (l, length * (width / measured) / area)).collect()
+        let share = |[area, measured, width, length]: [f64; 4]| length * (width / measured) / area;
+        let all = sums.values().fold([0.0; 4], |all, s| [0, 1, 2, 3].map(|k| all[k] + s[k]));
+        (sums.into_iter().map(|(l, s)| (l, share(s))).collect(), share(all))
     }
 
     /// Every width becomes the middle one of its own and its neighbours'.
@@ -215,10 +220,11 @@ impl Limbs {
                 s[1] += area;
             }
         }
-        let edged = nodes.edged(dual);
+        let (edged, all) = nodes.edged(dual);
+        let machined = all > EDGED_PART;
         for (v, limb) in self.of_node.iter_mut().enumerate() {
             let closed = sums.get(*limb as usize).is_some_and(|s| s[0] >= OWN * s[1]);
-            if !closed || edged.get(&nodes.label[v]).is_some_and(|e| *e > EDGED) {
+            if machined || !closed || edged.get(&nodes.label[v]).is_some_and(|e| *e > EDGED) {
                 *limb = NONE;
             }
         }

@@ -184,9 +184,15 @@ fn blended_dumbbell(blend: f64, n: u32) -> Faces {
     let along = (ball * ball - centre[0] * centre[0]).sqrt();
     let top = [0.0, 30.0 + along];
     let turn = (top[1] - centre[1]).atan2(centre[0] - top[0]);
-    half.extend((1..=40).map(|k| turn * f64::from(k) / 40.0).map(|a| [centre[0] - blend * a.cos(), 30.0 + blend * a.sin()]));
+    half.extend(
+        (1..=40).map(|k| turn * f64::from(k) / 40.0).map(|a| [centre[0] - blend * a.cos(), 30.0 + blend * a.sin()]),
+    );
     let from = (half[70][1] - top[1]).atan2(half[70][0]);
-    half.extend((1..40).map(|k| from + (0.5 * PI - from) * f64::from(k) / 40.0).map(|a| [12.0 * a.cos(), top[1] + 12.0 * a.sin()]));
+    half.extend(
+        (1..40)
+            .map(|k| from + (0.5 * PI - from) * f64::from(k) / 40.0)
+            .map(|a| [12.0 * a.cos(), top[1] + 12.0 * a.sin()]),
+    );
     half.push([0.0, top[1] + 12.0]);
     let below = half.iter().skip(1).rev().map(|p| [p[0], -p[1]]);
     revolved(&below.chain(half.iter().copied()).collect::<Vec<_>>(), n)

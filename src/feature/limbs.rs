@@ -68,13 +68,9 @@ pub fn at_ends(dual: &Dual, label: &[u32], places: &[Place], min_area: f64) -> R
             *most = (a, g);
         }
     }
-    let mut next = label.iter().map(|l| l + 1).max().unwrap_or(0);
-    let mut new: BTreeMap<u32, u32> = BTreeMap::new();
-    for &[l, g] in area.keys().filter(|k| largest[&k[0]].1 != k[1]) {
-        debug_assert!(!new.contains_key(&g), "group {g} of label {l} is of one label only");
-        new.insert(g, next);
-        next += 1;
-    }
+    let next = label.iter().map(|l| l + 1).max().unwrap_or(0);
+    let smaller = area.keys().filter(|k| largest[&k[0]].1 != k[1]).map(|k| k[1]);
+    let new: BTreeMap<u32, u32> = smaller.zip(next..).collect();
     out.extend(label.iter().zip(&nodes.of_face).map(|(&l, &k)| match group.get(k as usize) {
         Some(g) => new.get(g).copied().unwrap_or(l),
         None => l,

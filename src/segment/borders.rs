@@ -290,6 +290,9 @@ impl Cutter<'_> {
             }
         }
         let next: HashMap<u32, (u32, u32)> = open.iter().map(|(&[a, b], &l)| (a, (b, l))).collect();
+        if next.len() < open.len() {
+            return None;
+        }
         // --- around, from the first corner
         let positions = &self.surface.positions;
         let mut out = Vec::new();

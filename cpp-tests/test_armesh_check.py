@@ -313,12 +313,20 @@ class Check(unittest.TestCase):
         self.assertEqual(p.wait(), 1)
         self.assertRegex(seen, rb'\r\[#*\.*\] +\d+ % +\w+')
 
+    @staticmethod
+    def catches(pid, number):
+        status = pathlib.Path(f'/proc/{pid}/status').read_text()
+        mask = next(line for line in status.splitlines() if line.startswith('SigCgt')).split()[1]
+        return int(mask, 16) >> (number - 1) & 1
+
     def test_ctrl_c(self):
         big = self.dir / 'big.stl'
         big.write_bytes(box(10, 10, 10, 70))
         p = subprocess.Popen([PROGRAM, str(big), '--json', str(self.dir / 'r.json')],
                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(0.7)
+        while p.poll() is None and not self.catches(p.pid, signal.SIGINT):
+            time.sleep(0.01)
+        time.sleep(0.15)  # it is reading or measuring by then, and far from done
         start = time.time()
         p.send_signal(signal.SIGINT)
         out, err = p.communicate(timeout=60)

@@ -131,12 +131,12 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions, job: &Job) -> Res
     };
     let label = ground.parts(rays, &wanted, job)?;
     // --- faces that a border crosses are cut along it
-    match ground.cut(&label, &triangles)? {
+    let voted = ground.voted(&label, triangles.len())?;
+    match ground.cut(&label, &voted, &triangles)? {
         None => {
-            let label = ground.voted(&label, triangles.len())?;
             drop(ground);
             let skin = Skin::of(mesh, &triangles, &dual)?;
-            on_skin(&skin, &label, (rays, &walls), &wanted, job)
+            on_skin(&skin, &voted, (rays, &walls), &wanted, job)
         }
         Some(cut) => {
             drop((ground, dual));

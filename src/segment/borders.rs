@@ -6,7 +6,7 @@
 //! area that has its right label; its neighbours are cut at the points that it gets on common edges, so that the cut
 //! mesh is as closed as the input was.
 
-use super::finish::vote;
+use super::cut::pair;
 use crate::error::{Result, try_filled, try_vec};
 use crate::mesh::measure::{Vec3, area_vector, corners, cross, distance, dot, norm, scale, sub};
 use crate::mesh::surface::AnalysisSurface;
@@ -68,15 +68,19 @@ struct Child {
 }
 
 /// Cuts the input (`triangles`) along the borders of `label` on its analysis surface, whose faces have `area`; none where
-/// no face is crossed. Only parts that most of some face belongs to count.
+/// no face is crossed. `voted` is what most of each face is part of; only parts that are there count.
 ///
 /// # Errors
 /// [`crate::error::Error::NoMemory`].
-pub fn cut(surface: &AnalysisSurface, area: &[f64], label: &[u32], triangles: &[[u32; 3]]) -> Result<Option<CutMesh>> {
-    let voted = vote(surface, area, label, triangles.len())?;
+pub fn cut(
+    surface: &AnalysisSurface,
+    area: &[f64],
+    (label, voted): (&[u32], &[u32]),
+    triangles: &[[u32; 3]],
+) -> Result<Option<CutMesh>> {
     let mut counts = try_filled(label.len(), false, "borders")?;
     voted.iter().for_each(|&l| counts[l as usize] = true);
-    let cutter = Cutter { surface, area, label, voted: &voted, counts: &counts };
+    let cutter = Cutter { surface, area, label, voted, counts: &counts };
     let mut pieces: BTreeMap<u32, Vec<Piece>> = BTreeMap::new();
     for (f, &t) in triangles.iter().enumerate() {
         if let Some(found) = cutter.pieces(f, t) {
@@ -92,17 +96,13 @@ pub fn cut(surface: &AnalysisSurface, area: &[f64], label: &[u32], triangles: &[
         let t = triangles[f as usize];
         for &(v, at) in pieces.iter().flat_map(|p| &p.ring).filter(|s| s.1.fract() != 0.0) {
             let side = at as usize;
-            let points = ends.entry(edge(t[side], t[(side + 1) % 3])).or_default();
+            let points = ends.entry(pair(t[side], t[(side + 1) % 3])).or_default();
             if !points.contains(&v) {
                 points.push(v);
             }
         }
     }
-    gathered(surface, triangles, &voted, &pieces, &ends).map(Some)
-}
-
-fn edge(a: u32, b: u32) -> [u32; 2] {
-    [a.min(b), a.max(b)]
+    gathered(surface, triangles, voted, &pieces, &ends).map(Some)
 }
 
 /// All faces: whole ones, pieces, and whole ones with points on their sides, in triangles.
@@ -164,7 +164,7 @@ fn on_sides(positions: &[Vec3], t: [u32; 3], ends: &BTreeMap<[u32; 2], Vec<u32>>
     for k in 0..3 {
         let (a, b) = (t[k], t[(k + 1) % 3]);
         let (p, q) = (positions[a as usize], positions[b as usize]);
-        let points = ends.get(&edge(a, b)).into_iter().flatten();
+        let points = ends.get(&pair(a, b)).into_iter().flatten();
         all.extend(points.map(|&v| (v, k as f64 + distance(positions[v as usize], p) / distance(q, p))));
     }
     all.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -327,7 +327,7 @@ struct Plane<'a> {
 }
 
 /// How much area has its label, if each of two sides gets the one that most of it has.
-fn right(sides: &mut [Vec<(u32, f64)>; 2]) -> f64 {
+fn right(sides: &[Vec<(u32, f64)>; 2]) -> f64 {
     sides.iter().map(|s| s.iter().map(|l| l.1).fold(0.0, f64::max)).sum()
 }
 
@@ -353,7 +353,7 @@ impl Plane<'_> {
                 let beyond = self.beyond(&ring, [i, j]);
                 children.iter().for_each(|c| count(&mut sides[usize::from(beyond(c))], c));
                 let ends = [i, j].map(|k| self.positions[ring[k].0.0 as usize]);
-                let right = right(&mut sides) - self.strip * distance(ends[0], ends[1]);
+                let right = right(&sides) - self.strip * distance(ends[0], ends[1]);
                 if right > best.0 && sides.iter().all(|s| !s.is_empty()) {
                     best = (right, Some([i, j]));
                 }
@@ -382,6 +382,7 @@ impl Plane<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::finish::vote;
     use super::*;
     use crate::job::Job;
     use crate::mesh::measure::area as area_of;
@@ -419,7 +420,8 @@ mod tests {
         let label: Vec<u32> =
             all().map(|f| u32::from(corner(f).iter().map(|p| p[1]).sum::<f64>() > 3.0 * height)).collect();
         let whole = triangles.iter().map(|&t| area_of(corners(&positions, t))).collect();
-        (cut(&surface, &area, &label, &triangles).unwrap().unwrap(), surface.spacing, whole)
+        let voted = vote(&surface, &area, &label, triangles.len()).unwrap();
+        (cut(&surface, &area, (&label, &voted), &triangles).unwrap().unwrap(), surface.spacing, whole)
     }
 
     #[test]

@@ -233,12 +233,12 @@ impl Ground {
     }
 
     /// The kept faces, `triangles` as given to [`lay_out`], cut where a border of the parts crosses them; none where it
-    /// crosses none.
+    /// crosses none. `voted` as by [`Ground::voted`].
     ///
     /// # Errors
     /// [`Error::NoMemory`].
-    pub fn cut(&self, label: &[u32], triangles: &[[u32; 3]]) -> Result<Option<CutMesh>> {
-        borders::cut(&self.surface, &self.dual.area, label, triangles)
+    pub fn cut(&self, label: &[u32], voted: &[u32], triangles: &[[u32; 3]]) -> Result<Option<CutMesh>> {
+        borders::cut(&self.surface, &self.dual.area, (label, voted), triangles)
     }
 }
 
